@@ -1,5 +1,5 @@
-//! Hands the linker its scripts. A build script works wherever cargo is started and whatever RUSTFLAGS says, where linker
-//! arguments in a configuration file would be lost, and a changed memory layout links anew.
+//! Passes the scripts to the linker. A build script works in every working directory and with every RUSTFLAGS; linker arguments in a
+//! configuration file do not. After a change of the memory layout, cargo links again.
 //!
 //! Cargo gives linker arguments to the programs of this package only. The build script of a program in another package gets them in
 //! `DEP_FIRMWARE_STM32_ARGUMENTS`: see `host-tests/template/build.rs`.
@@ -23,7 +23,7 @@ fn main() {
     if bluepill {
         require_processor();
     }
-    // Where the linker finds the scripts that link.x includes, also for a program of another package.
+    // The linker searches here for the scripts that link.x includes, also for a program of another package.
     let folder = PathBuf::from(var_os("OUT_DIR").expect("cargo sets OUT_DIR"));
     println!("cargo:rustc-link-search={}", folder.display());
     // In the published package, the memory is beside this file.
@@ -38,7 +38,7 @@ fn main() {
         let handlers = "PROVIDE(TIM4 = DefaultHandler);\n";
         write(folder.join("device.x"), handlers).expect("the folder can be written");
     }
-    // Without pages of 64 KiB, to which segments would be aligned.
+    // Otherwise the linker aligns segments to pages of 64 KiB.
     let mut arguments = vec!["--nmagic"];
     // Before link.x, which includes memory.x.
     if nucleo {
@@ -52,7 +52,7 @@ fn main() {
         println!("cargo:rustc-link-arg-bins={argument}");
     }
     println!("cargo:arguments={}", arguments.join(" "));
-    // The proof has the code of several products, and is not flashed.
+    // The program contains the code of several products, and is not flashed.
     println!("cargo:rustc-link-arg-bin=panic-free=--defsym=PANIC_FREE=1");
 }
 

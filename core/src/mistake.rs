@@ -61,7 +61,7 @@ impl<'a> Mistake<'a> {
         row.text(": ").text(text)
     }
 
-    /// Ends the evaluation with this message, unless the row is right.
+    /// Ends the evaluation with this message, unless the row is correct.
     #[track_caller]
     pub const fn unless(self, is_right: bool, what: &str) {
         if !is_right {
@@ -77,7 +77,7 @@ pub(crate) struct Message {
 }
 
 impl Message {
-    /// The same with more text.
+    /// Appends a text to the message.
     pub const fn text(mut self, text: &str) -> Self {
         let bytes = text.as_bytes();
         let mut place = 0;
@@ -89,7 +89,7 @@ impl Message {
         self
     }
 
-    /// The same with a decimal number.
+    /// Appends a decimal number to the message.
     pub const fn number(self, number: u32) -> Self {
         let (mut digits, mut first) = ([0; 10], 10);
         let mut rest = number;
@@ -103,7 +103,7 @@ impl Message {
         }
     }
 
-    /// The same with a hexadecimal number of this many digits.
+    /// Appends a hexadecimal number with this number of digits to the message.
     pub const fn hexadecimal(self, number: u32, count: usize) -> Self {
         let mut digits = [0; 8];
         let mut place = 8;
@@ -161,7 +161,7 @@ mod tests {
     }
 
     #[test]
-    fn right_row_has_no_message() {
+    fn correct_row_has_no_message() {
         Mistake::in_item("NODE_ID").unless(true, "wrong");
     }
 

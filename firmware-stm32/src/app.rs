@@ -173,13 +173,13 @@ struct Hardware<
     store: &'static mut ParameterStore<BUFFER>,
     leds: StatusLeds,
     switches: Switches,
-    /// The events of the controller are not read yet in this turn.
+    /// True until the events of the controller are read in this turn.
     has_events: bool,
     /// The measured bit time of the last frame, for the node.
     bit_time: Option<BitTime>,
-    /// It is not checked yet whether the controller has missed this frame.
+    /// True until the check whether the controller has missed this frame.
     ends_frame: bool,
-    /// A word is kept over a restart.
+    /// True if the node keeps a word over a restart.
     keeps: bool,
 }
 
@@ -193,7 +193,7 @@ impl<const BUFFER: usize, const TESTS: usize, const GYROSCOPES: usize, const DET
     fn event(&mut self) -> Option<BusEvent> {
         if self.has_events {
             let event = self.bus.event();
-            // At a wrong bit rate, errors follow without end: one in a turn is sufficient, so that the bit time does not wait.
+            // A wrong bit rate causes continuous errors. At most one of them is handled in a turn, so that the bit time is read.
             self.has_events = !matches!(event, None | Some(BusEvent::Error));
             if event.is_some() {
                 return event;

@@ -50,7 +50,8 @@ const MISSES: u8 = 10;
 const BOOT_MS: u32 = 15;
 
 enum State {
-    /// Not found, or lost. The next attempt is at `retry`. `failed` is the time of the first attempt that has failed.
+    /// The accelerometer was not found, or does not answer any more. The next attempt is at `retry`. `failed` is the time of the first
+    /// attempt that has failed.
     Absent {
         retry: Instant,
         failed: Option<Instant>,

@@ -147,8 +147,8 @@ macro_rules! firmware {
             unsafe { LINK.on_transmitted() };
         }
 
-        /// The linker starts here without the script `link.x`, and finds that this function does not exist. With the script, the
-        /// program does not contain `_start`.
+        /// Without the script `link.x`, the entry point is `_start`, and the linker reports that this function does not exist. With the
+        /// script, the program does not contain `_start`.
         #[cfg(target_os = "none")]
         #[unsafe(no_mangle)]
         extern "C" fn _start() {

@@ -1,4 +1,4 @@
-//! Which microcontroller it is: many that are sold as an STM32F103 are of other makers.
+//! Identifies the microcontroller: many parts with the name STM32F103 are clones of other manufacturers.
 //!
 //! An STM32F103 has a Cortex-M3 r1p1, the others have a later one. Their identifier in DBGMCU_IDCODE can be read by a program. That of an
 //! STM32F103 reads 0 unless a debugger is connected (errata sheet ES096).
@@ -12,7 +12,7 @@ pub const STM32F446: u32 = 0x410F_C241;
 /// The revision in DBGMCU_IDCODE of the GD32F103.
 const REV_GD32: u32 = 0x1303;
 
-/// What is in the place of ST's microcontroller with the CPUID `genuine`; None if it can be that one.
+/// The name of the part if it is not the microcontroller of ST with the CPUID `genuine`; None if it can be this microcontroller.
 pub const fn substitute(genuine: u32, cpuid: u32, idcode: u32) -> Option<&'static str> {
     if cpuid == genuine {
         return None;
@@ -31,7 +31,7 @@ mod tests {
     fn clones_are_named_by_processor_and_revision() {
         let name = |cpuid, idcode| substitute(STM32F103, cpuid, idcode);
         assert_eq!(name(0x411F_C231, 0), None);
-        // With a debugger, also ST's has an identifier.
+        // With a debugger, the microcontroller of ST has an identifier too.
         assert_eq!(name(0x411F_C231, 0x2003_6410), None);
         assert_eq!(name(0x412F_C231, 0x1303_0410), Some("a GD32F103"));
         let other = Some("a clone (CS32F103, APM32F103 or another)");

@@ -1,4 +1,4 @@
-//! Hands the linker the arguments of the board, which `firmware-stm32` knows. Without them, the program does not link.
+//! Passes the arguments of the board from `firmware-stm32` to the linker. Without them, the program does not link.
 
 fn main() {
     let arguments = std::env::var("DEP_FIRMWARE_STM32_ARGUMENTS").unwrap_or_default();

@@ -1,5 +1,5 @@
-//! A new product is its file or folder, a line of the catalogue and a program for the boards, and everything works with it: a patch
-//! of each kind in `host-tests/new-products` is applied to a copy of the tree.
+//! A new product needs its file or folder, a line of the catalogue and a program for the boards, and no other change. The test applies the
+//! patches in `host-tests/new-products`, one of each kind, to a copy of the tree.
 //!
 //! It builds the copy, so it runs only on request: `cargo test -p host-tests --test new_products`. With `PLUMBLINE_LONG=1` it runs all
 //! tests on the copy.
@@ -12,7 +12,7 @@ use std::{fs, io};
 
 const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
 
-/// What a patch may touch besides new files.
+/// The existing files that a patch may change.
 const LISTS: [&str; 3] = [
     "core/src/model/catalog.rs",
     "core/src/model/mod.rs",
@@ -26,7 +26,7 @@ const PRODUCTS: [[&str; 3]; 2] = [
     ["canopen.patch", "mast", "mast.eds"],
 ];
 
-/// One build of the other packages for all runs.
+/// All runs share this folder, so that other packages are built once.
 const TARGET: &str = concat!(env!("CARGO_TARGET_TMPDIR"), "/new-products-target");
 
 /// The target of the Blue Pill.
@@ -43,13 +43,13 @@ impl Copied {
         let _ = fs::remove_dir_all(&root);
         copy(Path::new(ROOT), &root).expect("the tree can be copied");
         let copied = Self { root };
-        // In a repository of its own; otherwise the patch would be for the one around it.
+        // The copy is a repository of its own. Otherwise git would apply the patch to the enclosing repository.
         copied.run("git", &["init", "--quiet"]);
         for [patch, ..] in PRODUCTS {
             let patch = Path::new(ROOT).join("host-tests/new-products").join(patch);
             let text = fs::read_to_string(&patch).expect("a patch");
             for path in text.lines().filter_map(|line| line.strip_prefix("--- a/")) {
-                assert!(LISTS.contains(&path), "a new product touches {path}");
+                assert!(LISTS.contains(&path), "a new product changes {path}");
             }
             copied.run("git", &["apply", &patch.display().to_string()]);
         }
@@ -123,7 +123,7 @@ fn copy(from: &Path, to: &Path) -> io::Result<()> {
 }
 
 #[test]
-fn new_product_is_a_file_or_folder_a_line_and_a_program() {
+fn new_product_in_the_tree_builds_and_changes_only_product_lists() {
     let copied = Copied::new();
     // Tables, documents and traces; in a long run all tests.
     if effort::choose(false, true) {

@@ -1,5 +1,5 @@
-//! Checks that the description of a product is consistent. Evaluated where its tables are written, so a mistake is a compile error
-//! that names the row:
+//! Checks that the description of a product is consistent. The compiler evaluates the checks where the tables are written. A mistake is a
+//! compile error that names the row:
 //!
 //! - the objects that each device has ([`profile::standard`](super::profile::standard)) exist; those that the protocol uses have the
 //!   types of CiA 301;
@@ -99,7 +99,7 @@ const fn check_own<P: Product>() {
                 place < P::OWN.len()
                     && P::OWN[place].index == object.index
                     && P::OWN[place].sub == object.sub,
-                "it has no functions in `OWN`, or not in the order of the dictionary",
+                "`OWN` has no functions for this object, or they are not in the order of the dictionary",
             );
             let is_right = match P::OWN[place].read {
                 Read::No => !object.access.is_readable(),
@@ -151,7 +151,7 @@ const fn check_references(objects: &[Object], parameters: &[Parameter], quantiti
     }
 }
 
-/// The objects of CiA 301 with their types that the protocol uses, and whether each device has them.
+/// The objects of CiA 301 that the protocol uses: their data types, and whether they are mandatory.
 const PROFILE: [(u16, u8, DataType, bool); 12] = [
     (0x1000, 0, DataType::U32, true),
     (0x1001, 0, DataType::U8, true),
@@ -177,7 +177,7 @@ const fn check_profile(objects: &[Object], parameters: &[Parameter], quantities:
             Some(object) => {
                 Mistake::in_object(index, sub).unless(
                     object.data_type(parameters, quantities) as u8 == data_type as u8,
-                    "CiA 301 has another type for this object",
+                    "CiA 301 defines another data type for this object",
                 );
                 let is_setting = matches!(
                     object.target,
@@ -192,13 +192,14 @@ const fn check_profile(objects: &[Object], parameters: &[Parameter], quantities:
                 );
             }
             None => Mistake::in_object(index, sub)
-                .unless(!mandatory, "each CANopen device has this object"),
+                .unless(!mandatory, "this object is mandatory in CiA 301"),
         }
         row += 1;
     }
 }
 
-/// Checks that a constant at sub-index 0 of an object of CiA 301 is the highest sub-index. Makers have other numbers there.
+/// Checks that a constant at sub-index 0 of an object of CiA 301 is the highest sub-index. Manufacturer-specific objects (from 2000h) are
+/// not checked.
 #[track_caller]
 const fn check_highest(objects: &[Object]) {
     let mut row = 0;
@@ -226,7 +227,7 @@ const fn check_highest(objects: &[Object]) {
     }
 }
 
-/// Checks that each entry of the heartbeat consumer is a parameter, and that their number is that of the product.
+/// Checks that each entry of the heartbeat consumer is a parameter, and that the dictionary has as many entries as the product.
 #[track_caller]
 const fn check_consumers(objects: &[Object], count: usize) {
     let mut sub = 1;
@@ -294,7 +295,7 @@ const fn check_lss(objects: &[Object]) {
     }
 }
 
-/// Checks that each sub-index of 1010h and 1011h that stores or restores a group has one.
+/// Checks that a group of parameters exists for each sub-index of 1010h and 1011h that stores or restores a group.
 #[track_caller]
 const fn check_groups(objects: &[Object], groups: &[(u16, u16)]) {
     let mut row = 0;
@@ -318,7 +319,7 @@ const fn check_groups(objects: &[Object], groups: &[(u16, u16)]) {
         let (first, last) = groups[row];
         Mistake::in_row("GROUPS", row).unless(
             first <= last && first >= 0x2000 && last < 0x6000,
-            "the indices of the maker are 2000h to 5FFFh",
+            "a manufacturer-specific index is 2000h to 5FFFh",
         );
         row += 1;
     }

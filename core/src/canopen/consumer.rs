@@ -7,9 +7,9 @@
 //!       +-----------------+-------------+-----------+
 //! ```
 //!
-//! The monitoring of a node begins with its first heartbeat. A boot-up message is not a heartbeat: it neither begins nor prolongs the
-//! time. When no heartbeat comes within the time, the fault begins, and the error behaviour (1029h:01) follows. It ends with the next
-//! heartbeat.
+//! The monitoring of a node begins with its first heartbeat. A boot-up message is not a heartbeat: it neither starts nor restarts the
+//! consumer time. When the consumer time elapses without a heartbeat, the fault begins, and the error behaviour (1029h:01) follows. The
+//! next heartbeat ends the fault.
 
 use super::Abort;
 use super::cob_id;
@@ -73,9 +73,9 @@ pub struct Consumer {
     /// The node-ID; 0: the entry is not used.
     node_id: u8,
     time: u16,
-    /// The end of the time; unset before the first heartbeat.
+    /// The end of the consumer time; unset before the first heartbeat.
     until: Deadline,
-    /// No heartbeat came in time.
+    /// The consumer time has elapsed without a heartbeat.
     failed: bool,
 }
 
@@ -105,7 +105,7 @@ impl Consumer {
         }
     }
 
-    /// Returns true once when no heartbeat came in time.
+    /// Returns true once when the consumer time has elapsed without a heartbeat.
     fn poll(&mut self, now: Instant) -> bool {
         let over = self.until.is_reached(now);
         if over {
@@ -140,7 +140,7 @@ impl<P: Product> Services<P> {
         Self::HEARS
     }
 
-    /// Checks a write of an entry: a node is monitored once.
+    /// Checks a write of an entry: two entries must not have the same node-ID.
     pub(super) fn check_consumer(
         &self,
         cx: &ContextOf<P>,
@@ -165,7 +165,7 @@ impl<P: Product> Services<P> {
         Ok(())
     }
 
-    /// Handles a frame that can be a heartbeat. Returns false if it is another one.
+    /// Handles a frame that can be a heartbeat. Returns false if it is another frame.
     pub(super) fn hear(&mut self, cx: &mut ContextOf<P>, now: Instant, frame: &Frame) -> bool {
         if !Self::HEARS {
             return false;

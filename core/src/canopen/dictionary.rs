@@ -58,10 +58,10 @@ pub enum Service {
     /// The serial number (1018h:04).
     SerialNumber,
     /// "save" stores the group of parameters of the sub-index (1010h): 1 all, 2 communication profile, 3 device profile, 4 and following
-    /// those of the maker ([`GROUPS`](super::Product::GROUPS)).
+    /// manufacturer-specific groups ([`GROUPS`](super::Product::GROUPS)).
     StoreGroup,
-    /// "load" restores the factory values of the same group (1011h), which act after a reset. With [`KEPT`](super::Product::KEPT), the
-    /// next start takes them; sub-index 1 is without node-ID and bit rate, and 5 has all.
+    /// "load" restores the factory values of the same group (1011h). They act after a reset. With [`KEPT`](super::Product::KEPT), the next
+    /// start takes them; sub-index 1 then does not restore node-ID and bit rate, and sub-index 5 restores all parameters.
     RestoreGroup,
 }
 
@@ -99,7 +99,7 @@ pub enum Target {
     Command(ParameterId, ValueId),
     /// A service of the node.
     Service(Service),
-    /// An own object of the product, which has its functions in [`Product::OWN`](super::Product::OWN).
+    /// An own object of the product. [`Product::OWN`](super::Product::OWN) has its functions.
     Own(Use),
 }
 

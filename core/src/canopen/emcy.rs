@@ -400,8 +400,8 @@ impl<H: History> Emergency<H> {
         self.update(bits, 0);
     }
 
-    /// A momentary fault without a bit in the status byte: queues the error, then the error reset. If there is no room for both, only the
-    /// history has it: it does not take the place of a lasting fault.
+    /// A momentary fault without a bit in the status byte: queues the error, then the error reset. If the queue has no room for both
+    /// messages, only the history has the fault, so that it does not displace the message of a lasting fault.
     pub fn momentary(&mut self, event: &FaultBit) {
         self.history
             .push(u32::from(self.active) << 16 | u32::from(event.code));

@@ -6,7 +6,7 @@ use super::product::Product;
 use super::row::{Row, find};
 use super::sdo::message::Address;
 
-/// The row at an address.
+/// The row at an address; None if the dictionary has no such object.
 pub(super) fn find_row<P: Product>(index: u16, sub: u8) -> Option<&'static Row> {
     lookup::<P>(Address { index, sub }).ok()
 }

@@ -32,7 +32,7 @@ type Write<A, S> = fn(&mut Scope<'_, A, S>, &[u8]) -> Result<Then, Abort>;
 /// Handles the end of a save that the object has begun. The argument is true if the save has succeeded.
 type Stored<A, S> = fn(&mut Scope<'_, A, S>, bool);
 
-/// What a function of an own object accesses.
+/// The data that a function of an own object can access.
 pub struct Scope<'a, A: Application, S> {
     /// Parameters, values and the protocol-neutral half of the node.
     pub cx: &'a mut Context<A>,
@@ -56,13 +56,13 @@ impl<A: Application, S> Scope<'_, A, S> {
 /// What follows a write of an own object.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Then {
-    /// The reply.
+    /// The reply is sent at once.
     Reply,
-    /// The reply, when the save has ended that the function has begun with [`Scope::save`].
+    /// The reply is sent at the end of the save that the function has begun with [`Scope::save`].
     Save,
-    /// The reply and a reset of the node, as by the NMT command: node-ID and bit rate keep their present values.
+    /// The reply is sent, then the node is reset as by the NMT command: node-ID and bit rate keep their present values.
     Reset,
-    /// The reply and a restart, as after power-up.
+    /// The reply is sent, then the node restarts as after power-up.
     Restart,
 }
 

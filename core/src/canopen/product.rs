@@ -121,11 +121,11 @@ pub trait Product: Sized + 'static {
     /// Whether another protocol is on the bus, which transports the SDOs, since a start with these parameters; None: there is no other
     /// protocol.
     const HOSTED: Option<fn(&ParametersOf<Self>) -> bool> = None;
-    /// The first and the last index of each group of parameters of the maker, which the sub-indices 4 and following of 1010h and 1011h
-    /// store and restore.
+    /// The first and the last index of each manufacturer-specific group of parameters. The sub-indices 4 and following of 1010h and 1011h
+    /// store and restore these groups.
     const GROUPS: &'static [(u16, u16)] = &[(0x2000, 0x5FFF)];
-    /// The tables of bit rates of the maker for LSS: a table selector from 128 on, and the bit rates by their indices. The table of CiA
-    /// 305, selector 0, is always there. [`BIT_RATES`](Self::BIT_RATES) says which of them are permitted.
+    /// The manufacturer-specific bit timing tables for LSS: a table selector from 128 on, and the bit rates by their indices. The table of
+    /// CiA 305, selector 0, is always there. [`BIT_RATES`](Self::BIT_RATES) says which of them are permitted.
     const LSS_TABLES: &'static [LssTable] = &[];
     /// The hidden parameters of a product with groups of stored parameters and a stored history.
     const KEPT: Option<Kept> = None;

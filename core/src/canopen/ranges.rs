@@ -5,7 +5,7 @@
 //! | 1               | all                                                            |
 //! | 2               | of the communication profile, 1000h to 1FFFh                   |
 //! | 3               | of the device profile, 6000h to 9FFFh                          |
-//! | 4 and following | of the maker, in the ranges of [`Product::GROUPS`]             |
+//! | 4 and following | manufacturer-specific, in the ranges of [`Product::GROUPS`]    |
 //!
 //! Parameters without an object belong to sub-index 4. A restore stores the factory values. They act after a reset: those of the
 //! communication profile after reset communication, the others after reset node, node-ID and bit rate after power-up.
@@ -19,7 +19,7 @@ use crate::param::{ParameterSet, Parameters};
 
 /// The sub-index with all parameters.
 const ALL: u8 = 1;
-/// The sub-index of the first group of the maker.
+/// The sub-index of the first manufacturer-specific group.
 pub(super) const MAKER: u8 = 4;
 
 /// The indices of a group; None: there is no such group, or it has all parameters.
@@ -49,7 +49,7 @@ const fn has_groups(objects: &[Object]) -> bool {
 }
 
 impl<P: Product> Services<P> {
-    /// Whether the product has groups by ranges of indices, and no [other ones](Product::KEPT).
+    /// Whether the product has groups by ranges of indices, and no [other groups](Product::KEPT).
     pub(super) const HAS_RANGES: bool = P::KEPT.is_none() && has_groups(P::OBJECTS);
 
     /// Stores the present values of a group of parameters, while no other save is running.

@@ -76,12 +76,12 @@ impl Row {
         DataType::size_of((self.columns >> DATA_TYPE) as u8)
     }
 
-    /// Whether it has 64 bits: the type is that of a text.
+    /// Whether the object has 64 bits. Its row has the type of a text.
     pub(super) const fn is_wide(&self) -> bool {
         self.size() == 0 && matches!(self.kind(), Kind::Parameter | Kind::Value)
     }
 
-    /// Whether it is a parameter with a real number of 64 bits.
+    /// Whether the object is a parameter of the type REAL64.
     pub(super) const fn is_real_64(&self) -> bool {
         self.is_wide() && self.target & REAL_64 != 0
     }

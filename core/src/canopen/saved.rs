@@ -19,7 +19,7 @@ pub(super) struct Start {
 }
 
 impl Start {
-    /// Before the start.
+    /// The state before the start: no request is used, and the next reset does not act as power-up.
     pub const INITIAL: Self = Self {
         used: 0,
         begun: false,
@@ -30,9 +30,9 @@ impl Start {
 /// What the end of a save changes in RAM.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) enum End {
-    /// Nothing.
+    /// The parameters in RAM stay.
     Nothing,
-    /// If it has failed, the parameters that are stored when they are written have their previous values again.
+    /// If the save has failed, restores the previous values of the parameters that are stored on write.
     AtOnce,
     /// What the own object at this place of the product does.
     Own(u8),

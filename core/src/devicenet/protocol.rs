@@ -26,10 +26,10 @@ pub(super) type ValuesOf<P> = <<P as Product>::Application as Application>::Valu
 /// The part of the node of product `P` that the protocol can access.
 pub(super) type ContextOf<P> = Context<<P as Product>::Application>;
 
-/// What follows when the answer to a request is sent.
+/// The action after the answer to a request is sent.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) enum Leaving {
-    /// Nothing.
+    /// No action.
     None,
     /// The node checks its new MAC ID.
     Readdress,

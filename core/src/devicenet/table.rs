@@ -32,7 +32,7 @@ pub struct Own<A: Application> {
     pub attribute: u8,
     /// Returns the number. A signed number can have more bits than its type.
     pub read: fn(&Context<A>) -> u32,
-    /// Sets the number, if the attribute is settable. If it is refused, nothing has changed. Changed parameters are applied and stored.
+    /// Sets the number of a settable attribute. A refused number changes nothing. The node applies and stores changed parameters.
     pub write: fn(&mut Context<A>, u32) -> Result<(), Refused>,
 }
 

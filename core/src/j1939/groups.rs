@@ -11,8 +11,8 @@
 //!                 +----------------+-----------------+------------+-------------------+---------+
 //! ```
 //!
-//! Quality has two bits for each figure of merit and each compensation. The sources contradict each other on what 0 and 1 mean as
-//! compensation, so it is always 3, not available.
+//! Quality has two bits for each figure of merit and each compensation. The sources contradict each other about the values 0 and 1 of a
+//! compensation. So the sensor always sends 3, not available.
 
 use super::signal::{Contents, Field, Group, Motion, Signal, Source, compose, fields};
 use crate::j1939::identifier::Pgn;

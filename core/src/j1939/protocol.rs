@@ -30,7 +30,7 @@ pub struct J1939<P: Product> {
     pub(super) connections: [Outgoing; CONNECTIONS],
     /// Commanded Address: a NAME and an address.
     pub(super) commanded: Incoming<9>,
-    /// A reset of the node follows: it is silent, and does not change its address.
+    /// A reset of the node follows. Until then the node sends nothing and does not change its address.
     pub(super) resetting: bool,
     /// The node has left its address since the last [`has_left`](Self::has_left).
     left: bool,
@@ -96,7 +96,7 @@ impl<P: Product> J1939<P> {
         self.resetting = false;
     }
 
-    /// Sends nothing more until it starts again: a reset of the node follows.
+    /// Stops sending until the reset of the node that follows.
     pub fn prepare_reset(&mut self) {
         self.be_silent();
         self.resetting = true;
@@ -112,7 +112,7 @@ impl<P: Product> J1939<P> {
         core::mem::take(&mut self.left)
     }
 
-    /// Takes over the present faults of the node itself: the nonvolatile memory, and error passive.
+    /// Sets the present faults of the node: the nonvolatile memory, and error passive.
     pub fn tell(&mut self, memory: bool, passive: bool) {
         self.memory = memory;
         self.passive = passive;

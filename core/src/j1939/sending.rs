@@ -31,7 +31,7 @@ impl<P: Product> J1939<P> {
         identification::message::<P>(pgn, &cx.shell)
     }
 
-    /// Queues a message of Proprietary A to a node, if there is one.
+    /// Queues a message of Proprietary A to a node. Does nothing if there is no message.
     pub fn reply(&self, cx: &mut ContextOf<P>, destination: u8, message: Option<[u8; 8]>) {
         if let Some(bytes) = message
             && let Some(source) = self.claim.address()

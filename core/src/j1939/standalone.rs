@@ -41,7 +41,7 @@ impl<P: Product> CanNode<P::Application, Standalone<P>> {
 }
 
 impl<P: Product> Standalone<P> {
-    /// Tells the faults of the node itself.
+    /// Passes the faults of the node to the protocol.
     fn tell(&mut self, cx: &ContextOf<P>) {
         let passive = cx.shell.bus_state() == BusState::Passive;
         self.j1939.tell(self.memory, passive);

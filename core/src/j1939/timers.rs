@@ -11,7 +11,7 @@ pub struct Timer {
 }
 
 impl Timer {
-    /// Off.
+    /// The group is not sent cyclically: rate 0, no period.
     const OFF: Self = Self {
         timer: Periodic::OFF,
         period: 0,
@@ -23,7 +23,7 @@ impl Timer {
         self.timer.start(now, period);
     }
 
-    /// Takes over another length, with which a period begins.
+    /// Sets another length of the period, and begins a period.
     pub(super) fn change(&mut self, now: Instant, period: u32) {
         if self.period != period {
             self.start(now, period);

@@ -12,11 +12,11 @@
 //! K    = 2 / (1 + sqrt(1 + 4 R / Q))         R and Q of one step, see `gain`
 //! ```
 //!
-//! At the start the gain is 2 / (n + 1) at the n-th sample until it meets K: the mean of all samples, in which sample n has the weight
-//! n. A start at the first sample alone would send its vibration as an inclination for many time constants. The bias is estimated only
-//! from then on, and not while the mean acceleration is not 1 g. What was estimated in the last 4 s before is discarded then, because
-//! an acceleration can begin before its mean leaves 1 g. A single sample is never weighted by its own length: this would rectify a
-//! vibration along gravity. After a gap, the filter goes on with the last direction.
+//! At the start the gain is 2 / (n + 1) at the n-th sample until it meets K: the mean of all samples, in which sample n has the weight n. A
+//! start with the first sample alone would show its vibration as an inclination for many time constants. The filter estimates the bias only
+//! after this start, and only while the mean acceleration is 1 g. When the mean leaves 1 g, the filter discards the estimate of the last 4
+//! to 8 s, because the acceleration can begin before its mean leaves 1 g. A single sample is never weighted by its own length: this would
+//! rectify a vibration along gravity. After a gap, the filter continues with the last direction.
 //!
 //! | Q, at R = 10 | K | time constant of the correction | vibration of 0.5 g at 3 Hz |
 //! |---|---|---|---|
@@ -57,10 +57,10 @@ const RADIANS: i64 = {
 /// The number of rotations that are kept: the largest delay of the acceleration in sample periods.
 const KEPT: usize = 3;
 
-/// The number of samples that a vector has which another filter gives, or which is older than a gap: 0.5 s.
+/// The number of samples that the filter assumes for an up vector from another filter, or from before a gap: 0.5 s.
 const GIVEN: u32 = 100;
 
-/// The number of samples of an estimate of the bias before a copy of it is kept: 4 s.
+/// The filter keeps a copy of the bias after this number of estimates: 4 s.
 const TRIAL: u16 = 800;
 
 /// The rotation in the delay of the acceleration is limited to 1/2 rad about each axis, Q31: 2300 deg/s for 12 ms.
@@ -95,9 +95,9 @@ pub struct Fusion<const DELAY: u32> {
     up: [i64; 3],
     /// The rotation in a sample period that the gyroscope measures at rest, in radians, Q71.
     bias: [i64; 3],
-    /// Earlier biases: by 4 to 8 s, and by 0 to 4 s of estimation.
+    /// Copies of the bias: 4 to 8 s old, and 0 to 4 s old, in time of estimation.
     earlier: [[i64; 3]; 2],
-    /// The number of samples of the estimate since the newest earlier bias.
+    /// The number of estimates since the newest copy of the bias.
     estimated: u16,
     /// The last rotations without bias, the newest first, in radians, Q31.
     rotations: [Vector; KEPT],
@@ -161,7 +161,8 @@ impl<const DELAY: u32> Fusion<DELAY> {
     /// - `acceleration`: calibrated, not filtered, 1 g = 2^26, limited to +-8 g, `DELAY` older than the angular rate;
     /// - `rate`: the mean angular rate in the sample period that ends now, 1 deg/s = 2^16, limited to +-4096 deg/s. A value at the
     ///   end of the period instead would give a lag of half a period;
-    /// - `is_one_g`: the mean acceleration is about 1 g, so the bias can be estimated. If not, the bias of 4 to 8 s ago is in force again.
+    /// - `is_one_g`: the mean acceleration is about 1 g, so the bias can be estimated. If not, the filter restores the copy of the bias
+    ///   that is 4 to 8 s old.
     pub fn step(&mut self, acceleration: I32x3, rate: I32x3, is_one_g: bool) -> I32x3 {
         let acceleration = limited(acceleration);
         if self.samples == 0 {
@@ -193,7 +194,7 @@ impl<const DELAY: u32> Fusion<DELAY> {
         I32x3 { x, y, z }
     }
 
-    /// Keeps the bias after each [`TRIAL`]. Away from 1 g, an earlier one is in force again.
+    /// Keeps a copy of the bias after each [`TRIAL`]. When the mean acceleration is not 1 g, restores the older copy.
     fn keep_bias(&mut self, is_one_g: bool, learns: bool) {
         let [oldest, newest] = self.earlier;
         if !is_one_g {

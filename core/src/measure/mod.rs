@@ -107,12 +107,12 @@ pub(crate) const fn saturated(component: i32) -> i32 {
     }
 }
 
-/// Calibration, judgement of the accelerometer, and low-pass.
+/// Calibration, validity of the acceleration, and low-pass.
 #[derive(Clone, Debug, Default)]
 pub struct Inclinometer {
     /// The calibration of the device.
     pub calibration: Calibration,
-    /// The judgement of the calibrated acceleration.
+    /// The validity of the calibrated acceleration: samples, clipping, length and position on the back.
     pub validity: Validity,
     /// The digital filter.
     pub low_pass: LowPass,

@@ -2,15 +2,15 @@
 
 use super::{I32x3, ONE_G};
 
-/// The Z component of the mean up vector above which the sensor does not lie on its back any more: 0.02 g, 1.15 deg.
+/// The sensor no longer lies on its back when the Z component of the mean up vector is above this value: 0.02 g, 1.15 deg.
 const UPRIGHT: i32 = ONE_G / 50;
 
-/// The number of consecutive samples that must contradict the judgement until it changes: 100 ms, longer than a shock.
+/// The result changes after this number of consecutive samples that contradict it: 100 ms, longer than a shock.
 const DELAY: u8 = 20;
 
 /// Whether the sensor lies on its back.
 ///
-/// The first sample is judged at once, so a sensor that starts on its back never looks level.
+/// The first sample sets the result without delay, so a sensor that starts on its back is never reported as level.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct Overturned {
     has_sample: bool,
@@ -27,8 +27,9 @@ impl Overturned {
         contrary: 0,
     };
 
-    /// Processes a sample: the up vector, and its mean behind the low-pass of [`Plausibility`](super::plausibility::Plausibility). Returns
-    /// true from 100 ms of a negative Z component on, until the one of the mean has been above 0.02 g for 100 ms.
+    /// Processes a sample: the up vector, and its mean from the low-pass of [`Plausibility`](super::plausibility::Plausibility). The result
+    /// becomes true when a Z component has been negative for 100 ms. It becomes false when the Z component of the mean has been above 0.02
+    /// g for 100 ms.
     ///
     /// The mean alone would be late when the sensor turns over, and the up vector alone would change its sign under vibration. A shock of 8 g
     /// for 20 ms keeps the mean negative for less than 100 ms.
@@ -47,7 +48,7 @@ impl Overturned {
         self.is_overturned
     }
 
-    /// The next sample is judged at once: after missing samples.
+    /// The next sample sets the result without delay. Call it after missing samples.
     pub fn restart(&mut self) {
         *self = Self::INITIAL;
     }
@@ -85,7 +86,7 @@ mod tests {
     }
 
     #[test]
-    fn judgement_of_first_sample_comes_at_once_and_changes_after_100_ms() {
+    fn first_sample_sets_result_immediately_and_later_samples_after_100_ms() {
         let mut overturned = Overturned::INITIAL;
         assert!(overturned.step(along_z(-1), along_z(-1)));
         for (z, expected) in [(ONE_G, false), (-ONE_G, true), (ONE_G, false)] {
@@ -100,7 +101,7 @@ mod tests {
     }
 
     #[test]
-    fn sign_of_the_vector_counts_as_well_as_that_of_the_mean() {
+    fn negative_mean_under_vibration_is_overturned() {
         let [below, above] = [-ONE_G, ONE_G].map(along_z);
         let mut overturned = Overturned::INITIAL;
         overturned.step(above, above);

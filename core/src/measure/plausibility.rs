@@ -22,14 +22,14 @@ const SMOOTHING: u8 = 16;
 /// The number of fractional bits of the mean.
 const FRACTION: u32 = 16;
 
-/// The judgement of the accelerometer.
+/// Detects a dead or wrong accelerometer.
 ///
-/// The first sample is judged at once, so an accelerometer that is dead from the start never looks level. Until the low-pass has settled,
-/// the mean is that of all samples, and a fault of the first samples ends when the mean is plausible: the first sample alone is not, if the
-/// device starts while it vibrates.
+/// The first sample sets the fault without delay, so a sensor with a dead accelerometer is never reported as level. Until the low-pass has
+/// settled, the mean is that of all samples, and a fault of the first samples ends when the mean is plausible. Under vibration, the first
+/// sample alone can be implausible.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Plausibility {
-    /// The vector behind the low-pass. Valid if there was a sample.
+    /// The output of the low-pass. Valid if there was a sample.
     mean: [i64; 3],
     /// The number of samples, at most those in the time constant of the low-pass.
     samples: u8,
@@ -75,7 +75,7 @@ impl Plausibility {
         self.fault
     }
 
-    /// The vector behind the low-pass.
+    /// The output of the low-pass.
     pub fn mean(&self) -> I32x3 {
         let [x, y, z] = self.mean.map(|component| (component >> FRACTION) as i32);
         I32x3 { x, y, z }
@@ -188,7 +188,7 @@ mod tests {
                 assert!(!fault || n < 8, "phase {phase}, sample {n}");
             }
         }
-        // A dead or wrong one keeps its fault.
+        // A dead or wrong accelerometer keeps its fault.
         for g in [0.0, 0.55, 1.6] {
             let mut judge = Plausibility::INITIAL;
             for n in 0..400 {

@@ -61,7 +61,7 @@ impl Validity {
         self.is_defective
     }
 
-    /// The sensor lies on its back for 100 ms. It is out of its range if it has two axes.
+    /// The sensor has been on its back for 100 ms. A sensor of two axes is then out of its range.
     pub fn is_overturned(&self) -> bool {
         self.is_overturned
     }
@@ -138,7 +138,7 @@ mod tests {
     }
 
     #[test]
-    fn sensor_that_turns_over_is_overturned_after_100_ms() {
+    fn validity_reports_overturned_sensor_after_100_ms() {
         let along_z = |z| I32x3 { x: 0, y: 0, z };
         let mut validity = Validity::INITIAL;
         (0..100).for_each(|_| validity.step(along_z(ONE_G), false));
@@ -146,7 +146,7 @@ mod tests {
             validity.step(along_z(-ONE_G), false);
             assert_eq!(validity.is_overturned(), n == 20, "sample {n}");
         }
-        // At power-up, and after missing samples, at once.
+        // No delay at power-up and after missing samples.
         validity.stale();
         validity.step(along_z(ONE_G), false);
         assert!(!validity.is_overturned());

@@ -81,7 +81,7 @@ impl<P: Both> CanopenOrJ1939<P> {
         resets
     }
 
-    /// Tells J1939 the faults of the node itself.
+    /// Passes the faults of the node to J1939.
     fn tell(&mut self) {
         let (memory, passive) = self.canopen.own_faults();
         self.j1939.tell(memory, passive);
@@ -94,7 +94,7 @@ impl<P: Both> CanopenOrJ1939<P> {
         }
     }
 
-    /// Admits an SDO request. Returns the identifier of the reply, or None if there is nothing to serve.
+    /// Accepts an SDO request. Returns the identifier of the reply, or None if the SDO server does not get the request.
     fn admit(&mut self, cx: &mut ContextOf<P>, message: Proprietary) -> Option<CanId> {
         let Proprietary {
             source: client,
@@ -109,7 +109,7 @@ impl<P: Both> CanopenOrJ1939<P> {
             self.client = client;
         }
         if cx.is_saving() && client != self.storing && Canopen::<P>::is_abort(data) {
-            // It does not end the write of the other client that waits for the save.
+            // The abort does not end the write of the other client, which waits for the save.
             self.canopen.end_transfer();
             return None;
         }

@@ -28,7 +28,7 @@ pub enum DataType {
     I32 = 6,
     /// 64 bits, unsigned. A parameter of 64 bits has two rows ([`Parameter::wide`]).
     U64 = 11,
-    /// 32 bits, a real number (IEEE 754). A parameter refuses what is no number.
+    /// 32 bits, a real number (IEEE 754). A parameter refuses NaN.
     Real32 = 14,
     /// 64 bits, signed (two's complement).
     I64 = 15,

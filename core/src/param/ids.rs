@@ -3,7 +3,7 @@
 
 use super::{ParameterId, ValueId};
 
-/// Numbers the ids of the rows of a table, in their order, so that none is missing and none is there twice.
+/// Numbers the ids of the rows of a table, in their order, without a gap and without a duplicate.
 ///
 /// | row            | constant                                                                              |
 /// |----------------|---------------------------------------------------------------------------------------|
@@ -124,7 +124,7 @@ mod tests {
     }
 
     #[test]
-    fn values_have_their_own_type() {
+    fn ids_of_values_have_type_value_id() {
         crate::ids! { ValueId: X, FORCE[3] }
         assert_eq!(X, ValueId(0));
         assert_eq!(FORCE, [1, 2, 3].map(ValueId));

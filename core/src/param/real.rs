@@ -1,23 +1,23 @@
 //! Real numbers (IEEE 754) by their bits, without floating-point arithmetic.
 
-/// The bits of infinity in 32 bits.
+/// Positive infinity as a REAL32.
 const INFINITY: u32 = 0x7F80_0000;
-/// The bits of infinity in 64 bits.
+/// Positive infinity as a REAL64.
 const INFINITY_64: u64 = 0x7FF0_0000_0000_0000;
-/// The bits of the fraction in 32 bits.
+/// The number of fraction bits of a REAL32.
 const FRACTION: u32 = 23;
 
-/// Whether the bits of 32 are no number.
+/// Whether these bits of a REAL32 are a NaN.
 pub const fn is_nan(bits: u32) -> bool {
     bits & (u32::MAX >> 1) > INFINITY
 }
 
-/// Whether the bits of 64 are no number.
+/// Whether these bits of a REAL64 are a NaN.
 pub const fn is_nan_64(bits: u64) -> bool {
     bits & (u64::MAX >> 1) > INFINITY_64
 }
 
-/// The ordered number of a real number: unsigned, with the same order. Both zeros are equal.
+/// Converts a real number into an unsigned number with the same order. Both zeros are equal.
 pub(super) const fn ordered(bits: u32) -> u32 {
     match bits {
         0x8000_0000 => 0x8000_0000,
@@ -58,7 +58,7 @@ pub fn real32(number: i32, decimals: u8) -> u32 {
     if rest > half || rest == half && (!is_exact || fraction & 1 != 0) {
         fraction += 1;
     }
-    // The hidden bit of the fraction counts one in the exponent, and so does a carry of the rounding.
+    // The addition of the fraction adds its hidden bit to the exponent, and also a carry of the rounding.
     let exponent = (126 + FRACTION + dropped).wrapping_sub(shift);
     let sign = if number < 0 { 1 << 31 } else { 0 };
     sign | (exponent << FRACTION).wrapping_add(fraction as u32)
@@ -69,7 +69,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn real_number_is_the_nearest_to_the_decimal_one() {
+    fn decimal_number_is_rounded_to_nearest_real_number() {
         let numbers = [
             1, 2, 3, 5, 7, 9, 10, 99, 4500, 9000, 12_345, 16_777_215, 16_777_216,
         ];
@@ -93,7 +93,7 @@ mod tests {
     }
 
     #[test]
-    fn order_is_that_of_the_numbers() {
+    fn ordered_numbers_have_the_order_of_the_real_numbers() {
         let numbers = [
             f32::NEG_INFINITY,
             -f32::MAX,
@@ -110,7 +110,7 @@ mod tests {
     }
 
     #[test]
-    fn infinity_is_a_number_and_nan_is_none() {
+    fn nan_is_recognised_and_infinity_is_not_nan() {
         for bits in [0, 0x7F80_0000, 0xFF80_0000, 0x8000_0000] {
             assert!(!is_nan(bits), "{bits:08X}");
         }

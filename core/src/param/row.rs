@@ -99,7 +99,7 @@ impl ParameterRow {
         self.check_ordered(self.ordered(value), pool)
     }
 
-    /// The same for a real number, which must be a number.
+    /// The same for a real number. NaN is refused.
     pub(super) fn check_real(self, value: u32, pool: &'static [Limits]) -> Result<(), Refused> {
         if real::is_nan(value) {
             return Err(Refused::NotPermitted);
@@ -205,7 +205,7 @@ mod tests {
     }
 
     #[test]
-    fn real_number_is_compared_as_such_and_nan_is_refused() {
+    fn real_number_is_compared_by_value_and_nan_is_refused() {
         static POOL: [Limits; 1] = [(
             real::ordered((-90.0_f32).to_bits()),
             real::ordered(90.0_f32.to_bits()),

@@ -5,14 +5,14 @@ use super::{Parameter, ParameterId, Parameters, Table};
 /// A parameter or a constant.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Setting {
-    /// A parameter.
+    /// The number is the value of a parameter.
     Parameter(ParameterId),
-    /// A constant.
+    /// The number is a constant of the product.
     Constant(u32),
 }
 
 impl Setting {
-    /// The present number.
+    /// The number with these values of the parameters.
     pub fn get<T: Table>(self, parameters: &Parameters<T>) -> u32 {
         match self {
             Self::Parameter(id) => parameters.get(id),

@@ -1,4 +1,4 @@
-//! The order of a driver with one thread: what it does with the events of its controller.
+//! The driver with one thread: the order of the events of its controller.
 
 use plumbline::can::{BitRate, Filter, Frame};
 use plumbline::model::gemac::is2::{self, Is2};
@@ -31,7 +31,7 @@ impl Controller for Mailboxes {
     fn lose(&mut self) {}
 }
 
-/// A controller that forgets its errors at a change of the bit rate.
+/// A controller that discards its errors at a change of the bit rate.
 #[derive(Default)]
 struct Listener {
     bit_time: Option<BitTime>,

@@ -232,7 +232,7 @@ fn show(node: &mut Context<Level>, data: &[u8]) -> Option<Text<6>> {
 }
 
 #[test]
-fn own_function_select_code_is_served_by_its_function() {
+fn own_function_select_code_calls_its_function() {
     let start = |now, boot: &Boot| FscNode::<Both>::new(&BP_CL, now, boot);
     let mut tester = Tester::power_up(Boot::default(), start);
     tester.sent();

@@ -171,8 +171,8 @@ fn start_watchdog(watchdog: &pac::IWDG) {
 
 /// Switches the clocks of the peripherals on.
 ///
-/// With the clock of the DMA controller, which is not used, the bus and the RAM have a clock while the core sleeps. Without it a debugger
-/// cannot read the RAM then, and so has no log.
+/// With the clock of the DMA controller, which is not used, the bus and the RAM have a clock while the core sleeps. Without this clock a
+/// debugger cannot read the RAM, which contains the log.
 fn switch_on(rcc: &pac::RCC) {
     // The clocks of RAM and flash in sleep mode stay on: they are the reset value.
     rcc.ahbenr().write(|w| w.dma1en().set_bit());
@@ -194,7 +194,7 @@ fn start_supply_monitor(pwr: &pac::PWR) {
         .write(|w| unsafe { w.pls().bits(0b111).pvde().set_bit() });
 }
 
-/// The oscillator of the next attempt: always the crystal.
+/// Selects the oscillator of the next attempt: always the crystal.
 pub(super) fn change_oscillator(_: &pac::RCC) {}
 
 /// Starts the PLL from the crystal: 64 MHz for core, APB2 and timers, 32 MHz for APB1. From now on, a crystal that stops causes
@@ -379,7 +379,7 @@ fn unique_id() -> [u32; 3] {
     unsafe { ADDRESS.read_volatile() }
 }
 
-/// The end of an interrupt handler: nothing, see the board with a Cortex-M4.
+/// The end of an interrupt handler. The Cortex-M3 needs no action here; see the board with a Cortex-M4.
 #[inline(always)]
 pub fn end_handler() {}
 

@@ -66,7 +66,7 @@ fn note_reset(rcc: &pac::RCC) {
     );
 }
 
-/// Logs which microcontroller it is.
+/// Logs the identifiers of the microcontroller, and a warning if it is not one of ST.
 fn log_silicon(cpuid: u32, idcode: u32) {
     info!(
         "CPUID {=u32:#x}, DEV_ID {=u32:#x}, DBGMCU_IDCODE {=u32:#x}",
@@ -96,11 +96,11 @@ fn supply_is_low() -> bool {
 /// The time of an attempt to start the oscillator, in cycles of the internal clock: half a second. A crystal takes some milliseconds.
 const ATTEMPT: u32 = INTERNAL_CLOCK / 2;
 
-/// Starts HSE and waits for it, and for the supply. After the first attempt without success the error LED is on. Until an attempt
-/// succeeds the board stays off the bus: the internal oscillator is too inaccurate for CAN, and at a low supply the transceiver
-/// works outside of its limits and the flash cannot be erased in advance. The watchdog is fed, because a reset would not help. Each
-/// attempt switches the oscillator on again: a crystal can start by this, and an external clock can appear later. On the Nucleo, attempts with
-/// an external clock and with a crystal take turns.
+/// Starts HSE and waits for it, and for the supply. After the first attempt without success the error LED is on. Until an attempt succeeds
+/// the board stays off the bus: the internal oscillator is too inaccurate for CAN, and at a low supply the transceiver works outside of its
+/// limits and the flash cannot be erased in advance. The watchdog is fed, because a reset would not help. Each attempt switches the
+/// oscillator on again: a crystal can start by this, and an external clock can appear later. On the Nucleo, attempts with the external
+/// clock and with the crystal alternate.
 fn start_oscillator(
     rcc: &pac::RCC,
     systick: &mut SYST,

@@ -234,7 +234,7 @@ fn set_up_debugging(debug: &pac::DBGMCU) {
         .write(|w| w.dbg_iwdg_stop().set_bit().dbg_tim3_stop().set_bit());
 }
 
-/// The oscillator of the next attempt: the clock from the ST-LINK (HSEBYP) first, then the crystal X3, in turn. HSE is off.
+/// Selects the oscillator of the next attempt: first the clock from the ST-LINK (HSEBYP), then the crystal X3, alternately. HSE is off.
 pub(super) fn change_oscillator(rcc: &pac::RCC) {
     rcc.cr()
         .modify(|rcc, w| w.hsebyp().bit(rcc.hsebyp().bit_is_clear()));

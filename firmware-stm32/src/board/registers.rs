@@ -1,10 +1,10 @@
-//! The configuration of clocks, pins and timers, as it is after the boot. A disturbance can change a register; then it is written again.
+//! The configuration of clocks, pins and timers after the boot. If a disturbance changes a register, the firmware writes it again.
 
 use super::REGISTERS;
 
-/// A register.
+/// A configuration register, of which some bits are compared and restored.
 pub struct Register {
-    /// Its address.
+    /// The address of the 32-bit register.
     address: usize,
     /// The bits that only the boot changes.
     mask: u32,

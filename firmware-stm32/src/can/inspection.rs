@@ -1,18 +1,18 @@
-//! A disturbance can change a register: then the sensor could be mute although its program runs. So ten times a second the configuration is
-//! compared with what was set, and set again.
+//! A disturbance can change a configuration register. Then the sensor could stop sending although its program runs. So the firmware
+//! compares the configuration ten times a second with the values of the boot, and restores it.
 
 use super::{Bus, Change, Phase, set_phase, transmit, unmask_interrupts};
 use crate::board;
 use plumbline::node::BusMode;
 use plumbline::time::{Duration, Instant, after, millis, reached};
 
-/// The time between comparisons. If the disturbance has selected the internal oscillator, it is up to eight times as long.
+/// The time between comparisons. If the disturbance has selected the internal oscillator, this time is up to eight times as long.
 const PERIOD: Duration = millis(100);
 
 /// CAN_MCR: NART, and the other bits that select a mode or function: INRQ, SLEEP, TXFP, RFLM, AWUM, ABOM, TTCM, RESET.
 const NART: u32 = 1 << 4;
 const OTHERS: u32 = 0x80EF;
-/// CAN_MCR: TXFP.
+/// CAN_MCR: TXFP, transmit mailboxes in the order of the requests.
 const TXFP: u32 = 1 << 2;
 /// CAN_MSR: INAK and SLAK.
 const OFF_THE_BUS: u32 = 0b11;
@@ -20,8 +20,8 @@ const OFF_THE_BUS: u32 = 0b11;
 const INTERRUPTS: u32 = 0b11;
 
 impl Bus {
-    /// Compares the configuration of board and controller with what was set, and sets it again if it has changed. Call it often, while the
-    /// SPI is idle.
+    /// Compares the configuration of board and controller with the values that were set, and restores it if it has changed. Call it often,
+    /// while the SPI is idle.
     pub fn inspect(&mut self, now: Instant) {
         if !reached(now, self.inspection) {
             return;
@@ -39,18 +39,18 @@ impl Bus {
         self.pulses.restore();
         if self.is_as_set(settings.timing()) {
             if restored {
-                warn!("a register was disturbed and is set again");
+                warn!("a disturbed register is restored");
             }
             return;
         }
-        warn!("the CAN controller was disturbed and is set again");
+        warn!("the disturbed CAN controller is restored");
         set_phase(Phase::Off);
         transmit::abort_all();
         // With the reset by RCC: in silent mode by a disturbance, the transmit output can have locked at the dominant level.
         self.reset(true);
     }
 
-    /// Whether the controller is as it was set, or in bus-off, from which only the node lets it return.
+    /// Whether the controller has the configuration that was set, or is in bus-off, which only the node ends.
     fn is_as_set(&mut self, timing: u32) -> bool {
         let banks = &self.banks;
         let registers = &self.can.instance().0;

@@ -9,14 +9,14 @@ use plumbline::can::{BitRate, Frame};
 use plumbline::node::driver::{Controller, Phase};
 use plumbline::time::Instant;
 
-/// The mailboxes.
+/// The three transmit mailboxes of bxCAN.
 pub struct Mailboxes {
     /// The frame in a mailbox for which the controller makes a single attempt.
     once: Option<Frame>,
 }
 
 impl Mailboxes {
-    /// No frame.
+    /// No frame has a single attempt.
     pub const EMPTY: Self = Self { once: None };
 
     /// Handles the transmit interrupt. Returns true if the frame for which the controller made a single attempt ended in a bit error.
@@ -27,7 +27,7 @@ impl Mailboxes {
         };
         let end = transmit::end();
         transmit::acknowledge();
-        // In another phase, the frame was withdrawn.
+        // In another phase, the frame was aborted.
         if end == End::Again && phase() == Phase::Normal {
             transmit::put(frame);
             return false;
@@ -58,7 +58,7 @@ impl Controller for Mailboxes {
         let registers = unsafe { CanPeripheral::steal() };
         let control = registers.mcr().read();
         let status = registers.msr().read();
-        // Neither in initialization or sleep mode, nor on the way to it.
+        // Not in initialization or sleep mode, and neither is requested.
         let runs = control.inrq().bit_is_clear()
             && control.reset().bit_is_clear()
             && status.inak().bit_is_clear()

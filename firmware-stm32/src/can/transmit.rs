@@ -103,7 +103,7 @@ pub fn is_idle() -> bool {
 /// Puts a frame into an empty mailbox.
 pub fn put(frame: &Frame) {
     let registers = registers();
-    // The lowest empty one. CODE would be its number, but it is always 0 in some clones of the STM32F103.
+    // The lowest empty mailbox. CODE has its number, but some clones of the STM32F103 always return 0.
     let number = empty(&registers).trailing_zeros();
     let Some(mailbox) = registers.tx_iter().nth(number as usize) else {
         return;

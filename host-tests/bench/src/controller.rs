@@ -1,4 +1,4 @@
-//! A device's CAN controller: the protocol with transmit mailboxes, a receive FIFO and acceptance filters around it.
+//! The CAN controller of a device: the protocol, transmit mailboxes, a receive FIFO and acceptance filters.
 
 use crate::registers::Registers;
 use can_wire::protocol::{BitTiming, ErrorCode, Event, Period, Picoseconds, Protocol};
@@ -11,7 +11,7 @@ use std::collections::VecDeque;
 /// Received frames that the FIFO of the controller holds while the processor is stalled.
 const FIFO: usize = 3;
 
-/// What calls the driver of the node.
+/// An interrupt, which calls the driver of the node.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Interrupt {
     /// A frame was received.

@@ -27,7 +27,7 @@ const PROGRAM_TIME: Duration = Duration::from_ticks(52);
 /// Time to erase a page of flash.
 const ERASE_TIME: Duration = millis(30);
 
-/// Number of turns at one time after which the node is treated as stuck.
+/// The test fails if the node needs more than this number of turns at one time.
 const TURNS_MAX: usize = 1000;
 
 /// One sensor on the bench.
@@ -144,7 +144,7 @@ impl Device {
             turns += 1;
             assert!(
                 turns <= TURNS_MAX,
-                "{}: always has more to do at {now}",
+                "{}: the driver does not become idle at {now}",
                 self.node_type.name
             );
         }

@@ -1,4 +1,4 @@
-//! The hardware of a sensor around its node, with the actions of the node on it.
+//! The hardware of a sensor, which performs the actions of the node.
 
 use crate::bus::picoseconds;
 use crate::controller::Controller;
@@ -52,7 +52,7 @@ pub(super) struct Hardware {
 }
 
 impl Hardware {
-    /// After power-up.
+    /// The hardware at power-up, at the time `now`.
     pub(super) fn new(now: Instant) -> Self {
         Self {
             controller: Controller::new(now),

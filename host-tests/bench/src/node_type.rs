@@ -35,16 +35,16 @@ pub struct NodeType {
     pub cell: Option<Body>,
     /// The time from power-up to its first reading.
     pub first_reading: Duration,
-    /// What starts a node of this type.
+    /// The start of a node of this type.
     pub starts: Starts,
 }
 
-/// What starts a node.
+/// The way to start a node.
 #[derive(Clone, Copy, Debug)]
 pub enum Starts {
     /// A product.
     Product(&'static Product),
-    /// A function, for a node that is no product.
+    /// A function, for a node that is not a product.
     Function(fn(Instant, &Boot) -> Box<dyn Node>),
 }
 

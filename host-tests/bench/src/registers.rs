@@ -53,7 +53,7 @@ impl Registers {
         }))
     }
 
-    /// Sets the time.
+    /// Sets the time that the driver reads.
     pub(super) fn set_time(&self, now: Instant) {
         self.0.now.set(now);
     }

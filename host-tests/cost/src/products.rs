@@ -31,7 +31,7 @@ impl Message {
         frame.expect("at most eight bytes")
     }
 
-    /// Whether these objects have the one of an SDO request.
+    /// Whether these objects contain the object of the SDO request.
     fn names(self, objects: &[Object]) -> bool {
         let [_, low, high, sub, ..] = *self.1 else {
             return false;

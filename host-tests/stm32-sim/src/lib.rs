@@ -6,7 +6,7 @@
 //! - [`elf`]: the image: segments, symbols, and the part of the project that each byte belongs to
 //! - [`image`]: its size; [`firmware`]: builds the images
 //! - [`rtt`]: the log of a program, as a probe reads it
-//! - [`silicon`]: in what clones of a microcontroller differ
+//! - [`silicon`]: the differences between clones of a microcontroller
 //! - [`timebase`] and [`violation`]: shared types
 //! - [`io`]: the interface between the processor and the peripherals
 //! - [`peripherals`]: all peripherals: address map, clocks, violations

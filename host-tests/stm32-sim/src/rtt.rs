@@ -59,7 +59,7 @@ fn texts(elf: &[u8]) -> Option<Vec<(u16, String)>> {
     Some(texts.collect())
 }
 
-/// Decodes rzCOBS, from the end: a code, before it the bytes that it stands for.
+/// Decodes rzCOBS from the end: each code follows the bytes that it describes.
 fn decode(frame: &[u8]) -> Option<Vec<u8>> {
     let mut bytes = frame.iter().rev().copied();
     let mut decoded = Vec::new();
@@ -94,7 +94,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn zeros_are_in_the_code() {
+    fn decode_inserts_zero_bytes_of_the_code() {
         // Seven bytes, of which the second is 0.
         assert_eq!(
             decode(&[1, 3, 4, 5, 6, 7, 0b000_0010]),

@@ -1,4 +1,4 @@
-//! In what microcontrollers differ that are sold under one name. On boards with an STM32F103 most of them are clones.
+//! The differences between microcontrollers with the same name. Most parts on boards with an STM32F103 are clones.
 //!
 //! | | CODE | CAN2SB | FLASH_CR.LOCK | CPUID | DBGMCU | wait states | flash |
 //! |---|---|---|---|---|---|---|---|
@@ -6,9 +6,9 @@
 //! | [`gd32`](Silicon::gd32): GD32F103C8 | 0 | fixed | works | r2p1 | works | none | 64 KiB, which are 128 |
 //! | [`worst`](Silicon::worst) | 0 | 0 | reads 0 | r2p1 | reads 0 | as set | 64 KiB |
 //!
-//! A program that works on the worst one works on the others. Sources: katapult, issue 11 (GD32F103, CODE); STM32_CAN, issue 54 (CS32F103,
-//! CODE); stlink, issues 756 and 805 (debug port of a Cortex-M3 r2p1, flash of 128 KiB); rusefi-hardware, issue 127 (revisions in
-//! DBGMCU_IDCODE); ES096 (DBGMCU of the STM32F103); data sheet of the GD32F103 (no wait states).
+//! A program that works on the worst microcontroller works on the others. Sources: katapult, issue 11 (GD32F103, CODE); STM32_CAN, issue 54
+//! (CS32F103, CODE); stlink, issues 756 and 805 (debug port of a Cortex-M3 r2p1, flash of 128 KiB); rusefi-hardware, issue 127 (revisions
+//! in DBGMCU_IDCODE); ES096 (DBGMCU of the STM32F103); data sheet of the GD32F103 (no wait states).
 
 use super::bxcan;
 use super::chip::Chip;
@@ -26,21 +26,21 @@ const STM32F446: u32 = 0x1000_6421;
 /// The behaviour of a microcontroller.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Silicon {
-    /// The CAN controller.
+    /// The behaviour of the CAN controller.
     pub can: bxcan::Silicon,
     /// FLASH_CR.LOCK can be read; otherwise it reads 0 while the register is locked.
     pub lock_reads: bool,
-    /// CPUID.
+    /// CPUID (SCB), with the revision of the core.
     pub processor: u32,
     /// The processor has Arm erratum 602117 also for code in flash.
     pub restarts_loads: bool,
-    /// DBGMCU_IDCODE.
+    /// DBGMCU_IDCODE, with the device and its revision.
     pub identity: u32,
     /// A program can read DBGMCU; otherwise it reads 0.
     pub debug_reads: bool,
     /// The flash has the wait states of FLASH_ACR; otherwise none.
     pub waits: bool,
-    /// The flash in bytes. The signature has the size that is sold.
+    /// The flash in bytes. The signature contains the size of the data sheet.
     pub flash: usize,
 }
 
@@ -80,7 +80,7 @@ impl Silicon {
         }
     }
 
-    /// The microcontroller on which a program can rely on the least.
+    /// The worst behaviour of all microcontrollers with this name.
     pub fn worst(chip: Chip) -> Self {
         let genuine = Self::genuine(chip);
         Self {

@@ -10,7 +10,7 @@ pub const MOUNTING: ParameterId = ParameterId(2);
 const TPDO: ParameterId = ParameterId(3); // and the three that follow
 const SLOPE: ValueId = ValueId(0);
 
-/// The product.
+/// The product: a sensor with one slope.
 pub struct Mast;
 
 impl Table for Mast {
@@ -23,7 +23,7 @@ impl Table for Mast {
     plumbline::project!(parameters);
 }
 
-/// The measurement.
+/// The measurement: the slope from the acceleration, and the mounting angle.
 pub struct Slope {
     inclinometer: Inclinometer,
     /// In 0.01 deg.

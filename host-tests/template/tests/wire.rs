@@ -19,7 +19,7 @@ fn tilted() -> Reading {
 }
 
 #[test]
-fn slope_is_that_of_the_position_without_the_mounting_angle() {
+fn slope_is_the_measured_angle_minus_the_mounting_angle() {
     let mut bus = Bus::new(BusRate::Follow);
     let node_type = NodeType::from(&mast::LISTING);
     let device = Device::new(&node_type, 1, Flash::default(), Box::new(tilted()));
@@ -34,7 +34,7 @@ fn slope_is_that_of_the_position_without_the_mounting_angle() {
         let texts = received.map(|(_, frame)| format!("{frame:?}"));
         texts.collect::<Vec<_>>()
     };
-    // The boot-up message, before the answer to a request that nobody has.
+    // This frame is for the bit rate detection. The sensor sends its boot-up message.
     assert_eq!(exchange(0x700, &[]), ["714#00"]);
     // Operational; -5.00 deg into 2100h; SYNC.
     exchange(0x000, &[1, 20]);

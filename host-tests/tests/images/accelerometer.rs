@@ -181,7 +181,7 @@ fn repeated_shocks_of_3_g_change_neither_angle_nor_status() {
     }
 }
 
-/// They do not turn the sensor over.
+/// These shocks do not turn the sensor over.
 #[test]
 fn repeated_shocks_of_6_g_against_gravity_do_not_change_the_status() {
     let mut rig = quick();
@@ -197,7 +197,7 @@ fn repeated_shocks_of_6_g_against_gravity_do_not_change_the_status() {
 
 /// Level, it turns over within a sample.
 #[test]
-fn sensor_that_turns_over_is_out_of_range_within_120_ms() {
+fn overturned_sensor_is_out_of_range_within_120_ms() {
     let mut rig = quick();
     let turned = Reading {
         acceleration: I32x3 {
@@ -215,11 +215,11 @@ fn sensor_that_turns_over_is_out_of_range_within_120_ms() {
         rig.run(1);
     }
     let took = rig.bus.now().ticks() - start;
-    println!("out of range {took} us after the motion");
+    println!("the status is out of range only {took} us after the motion");
     assert!((90_000..=120_000).contains(&took), "{took} us");
     rig.power_cycle();
     let boot_up = rig.expect(REPLY, 1000);
-    assert_eq!(boot_up.bytes()[1], ERRORS, "at power-up at once");
+    assert_eq!(boot_up.bytes()[1], ERRORS, "no delay at power-up");
 }
 
 #[test]

@@ -1,4 +1,4 @@
-//! A disturbance inverts one bit of the configuration. The sensor sets it again or restarts, and is never silent for long.
+//! A disturbance inverts one bit of the configuration. The sensor restores the bit or restarts, and answers again within a limited time.
 
 use crate::rig::*;
 use plumbline::can::BitRate;
@@ -8,7 +8,8 @@ use stm32_sim::io::{Io, Width};
 /// The bits of a configuration register.
 type Bits = (u32, u32);
 
-/// The longest silence in ms: of a sensor that works on, and after a reset by the watchdog with the slowest oscillator.
+/// The longest time without an answer in ms: of a sensor that continues to work, and after a reset by the watchdog with the slowest
+/// oscillator.
 const LONGEST: u64 = 2_000;
 const WITH_WATCHDOG: u64 = 3_600;
 
@@ -116,7 +117,7 @@ fn recover(rig: &mut Rig, address: u32, bit: u32, before: u32) {
             return;
         }
     }
-    panic!("{address:#x}, bit {bit}: the sensor is mute, or the register stays disturbed");
+    panic!("{address:#x}, bit {bit}: the sensor does not answer, or does not restore the register");
 }
 
 fn each_bit(registers: &[Bits]) {
@@ -133,12 +134,12 @@ fn each_bit(registers: &[Bits]) {
 }
 
 #[test]
-pub fn each_bit_of_the_can_controller_is_set_again() {
+pub fn disturbed_bits_of_the_can_controller_are_restored() {
     let registers = CAN_REGISTERS.map(|(offset, bits)| (CAN + offset, bits));
     each_bit(&registers);
 }
 
 #[test]
-pub fn each_bit_of_clocks_pins_and_timers_is_set_again() {
+pub fn disturbed_bits_of_clocks_pins_and_timers_are_restored() {
     each_bit(&others());
 }

@@ -1,4 +1,4 @@
-//! The tests that also run on a microcontroller of ST: what its silicon does in another way than the worst.
+//! The tests that also run on a microcontroller of ST, because its silicon behaves differently from the worst silicon.
 
 also! {
     crate::rig::on_genuine_silicon;
@@ -11,7 +11,7 @@ also! {
     memory:
         saves_work_across_page_changes_with_any_times_of_the_flash;
     probe:
-        probe_reads_the_log_halts_and_programs_a_sleeping_sensor_twice;
+        probe_reads_log_and_programs_sleeping_sensor_twice;
     timing:
         sync_is_answered_within_15_us;
 }

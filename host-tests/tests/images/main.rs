@@ -1,5 +1,5 @@
-//! The images that are flashed, run on the simulated microcontroller: what only the chip can get wrong, and the recorded traces.
-//! The tests run with the images for the Blue Pill, on the worst silicon that is sold as its microcontroller. `nucleo.rs` lists those that
+//! The images that are flashed, run on the simulated microcontroller: the behaviour that depends on the chip, and the recorded traces. The
+//! tests run with the images for the Blue Pill, on the worst silicon with the name of its microcontroller. `nucleo.rs` lists those that
 //! also run with the images for the Nucleo, `genuine.rs` those that also run on a microcontroller of ST.
 
 mod rig;

@@ -30,7 +30,7 @@ also! {
     detection:
         each_of_the_ten_rates_is_detected_without_disturbing_the_bus;
     disturbed:
-        each_bit_of_clocks_pins_and_timers_is_set_again;
+        disturbed_bits_of_clocks_pins_and_timers_are_restored;
     errors:
         run_led_flickers_during_detection_and_is_on_afterwards,
         sensor_without_recovery_stays_bus_off_until_a_restart;
@@ -59,7 +59,7 @@ also! {
         broken_flash_sets_cmd_param_error_and_eeprom_error,
         erase_of_a_page_loses_only_frames_beyond_the_fifo;
     probe:
-        probe_reads_the_log_halts_and_programs_a_sleeping_sensor_twice;
+        probe_reads_log_and_programs_sleeping_sensor_twice;
     sensing:
         supply_is_measured_within_13_mv;
     supply:

@@ -1,4 +1,4 @@
-//! A debug probe on a running sensor: it gets in while the processor sleeps, reads the log, and programs the sensor again.
+//! A debug probe on a running sensor: it connects while the processor sleeps, reads the log, and programs the sensor again.
 
 use crate::rig::*;
 use plumbline::can::BitRate;
@@ -36,7 +36,7 @@ fn says(log: &[Message], words: &str, value: &str) -> bool {
 }
 
 #[test]
-pub fn probe_reads_the_log_halts_and_programs_a_sleeping_sensor_twice() {
+pub fn probe_reads_log_and_programs_sleeping_sensor_twice() {
     let elf = elf_with_log();
     let (mut rig, messages) = log(&elf, &silicon());
     assert!(says(&messages, "accelerometer found", ""), "{messages:?}");

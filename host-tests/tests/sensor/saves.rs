@@ -134,8 +134,8 @@ pub fn calibrated() -> Flash {
     store.into_memory()
 }
 
-/// Cuts the power in the operations of a long run of saves, one after the other: calibration and identity stay, and the parameters are
-/// those of the last save or of the one that was cut. All further saves succeed.
+/// Switches the power off in each operation of many saves in turn. Calibration and identity stay. The parameters are those of the last save
+/// or of the interrupted one. All further saves succeed.
 pub fn power_cut_in_a_save_keeps_everything(memory: &Flash) {
     // The calibration and the identity are copied into each page before the first parameters record.
     const SAVES: usize = 3 * PLACES;
@@ -179,8 +179,8 @@ pub fn power_cut_in_a_save_keeps_everything(memory: &Flash) {
     }
 }
 
-/// Cuts the power in each operation that writes `new`, one after the other: the parameters stay, and calibration and identity are the
-/// old or the new ones.
+/// Switches the power off in each operation that writes `new`, in turn. The parameters stay. Calibration and identity are the old or the
+/// new ones.
 pub fn power_cut_keeps_the_old_or_the_new(memory: &Flash, write: impl Fn(&mut Store), new: &Found) {
     let old = found_by(OWNER, memory);
     let mut operation = 0;

@@ -2,7 +2,7 @@
 
 use super::{DataType, Mistake, Object, Parameter, Quantity, Target, Tpdos, object_at};
 
-/// The most bytes in a TPDO, each of which can be an object.
+/// The maximum number of bytes in a TPDO. Each byte can be an object.
 const BYTES: usize = 8;
 
 /// The sub-indices of the communication parameter that the protocol uses, and their types.
@@ -65,7 +65,7 @@ const fn check_settings(
             );
             Mistake::in_object(index, sub).unless(
                 object.data_type(parameters, quantities) as u8 == data_type as u8,
-                "CiA 301 has another type for this object",
+                "CiA 301 defines another data type for this object",
             );
         }
         row += 1;

@@ -267,7 +267,7 @@ fn more_quantities_than_published_values_are_refused() {
 
 #[test]
 #[should_panic = "quantity 0: the id of a quantity must be its index"]
-fn quantity_at_another_index_than_its_id_is_refused() {
+fn quantity_with_index_different_from_its_id_is_refused() {
     let [_, other] = QUANTITIES;
     check_quantities(&[other], 2);
 }
@@ -300,13 +300,13 @@ fn each_mandatory_object_is_required() {
         let message = checked.unwrap_err();
         let message = message.downcast_ref::<std::string::String>().unwrap();
         let expected =
-            std::format!("object {index:04X}h:{sub:02X}: each CANopen device has this object");
+            std::format!("object {index:04X}h:{sub:02X}: this object is mandatory in CiA 301");
         assert_eq!(*message, expected);
     }
 }
 
 #[test]
-#[should_panic = "object 1017h:00: CiA 301 has another type for this object"]
+#[should_panic = "object 1017h:00: CiA 301 defines another data type for this object"]
 fn object_of_the_profile_with_another_type_is_refused() {
     let objects = [
         &[profile::device_type(1), profile::ERROR_REGISTER][..],
@@ -319,7 +319,7 @@ fn object_of_the_profile_with_another_type_is_refused() {
 
 #[test]
 #[should_panic = "object 1018h:00: the highest sub-index is 2, not 3"]
-fn other_number_than_the_highest_sub_index_is_refused() {
+fn sub_index_0_with_wrong_highest_sub_index_is_refused() {
     check_highest(&[
         highest(0x1018, "record", DataType::U8, 3),
         constant(0x1018, 1, "one", DataType::U32, 0),

@@ -219,7 +219,7 @@ impl Slave {
     }
 }
 
-/// The bit rate at an index, if the table is the standard one.
+/// The bit rate at an index of table 0; None for another table.
 pub(super) fn standard_bit_rate(table: u8, index: u8) -> Option<BitRate> {
     let rate = BIT_RATES.get(usize::from(index)).copied().flatten();
     rate.filter(|_| table == 0)

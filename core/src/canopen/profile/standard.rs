@@ -12,7 +12,7 @@ use crate::param::{DataType, Parameter, ParameterId};
 /// What differs between the products in [`standard`].
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Standard {
-    /// Device type (1000h).
+    /// The number in 1000h: device profile and additional information.
     pub device_type: u32,
     /// The number of errors in the history (1003h).
     pub errors: u8,
@@ -30,7 +30,8 @@ pub struct Standard {
 pub const STANDARD: usize = 31;
 
 /// The objects 1000h, 1001h, 1003h, 1005h, 1008h to 100Ah, 100Ch, 100Dh, 1010h, 1011h, 1014h, 1015h, 1017h, 1018h and 1200h. 1010h and
-/// 1011h have four groups: all parameters, those of the communication profile, of the device profile and of the maker.
+/// 1011h have four groups: all parameters, those of the communication profile, those of the device profile and the manufacturer-specific
+/// ones.
 ///
 /// `plumbline::objects![profile::standard(&STANDARD), profile::tpdo(0, "TPDO 1", TPDO), ...]` is a whole dictionary. [`merge`] adds
 /// objects between these.

@@ -12,8 +12,8 @@ use crate::param::{ParameterId, Parameters, meaning};
 /// 360 deg in 0.01 deg.
 const TURN: i64 = 36_000;
 
-/// The samples for which the mean acceleration must be 1 g before the offset of the gyroscope is estimated: 2 s. A vibration of an inclined
-/// sensor leaves 1 g in one half of its period only, so an estimate in the other half would take the vibration for an offset.
+/// The mean acceleration must be 1 g for this number of samples before the filter estimates the offset of the gyroscope: 2 s. When an
+/// inclined sensor vibrates, its acceleration is 1 g in one half of the period. An estimate in this half only would be wrong.
 const STEADY: u16 = 400;
 
 /// The path of a sample.
@@ -138,7 +138,7 @@ impl Measuring {
         self.two_axes
     }
 
-    /// The judgement of the accelerometer.
+    /// Detects a dead or wrong accelerometer.
     pub fn validity(&self) -> &Validity {
         &self.validity
     }
@@ -201,7 +201,8 @@ mod tests {
     use crate::measure::SAMPLE_PERIOD;
     use core::f64::consts::TAU;
 
-    /// The mean of the angle in deg in the last 20 s of a vibration along X, which begins after this time at rest and takes 60 s.
+    /// The mean angle in deg over the last 20 s of a vibration along X. Before, the sensor is at rest for `rest` seconds, and vibrates for
+    /// 40 s.
     fn mean_angle(rest: u32, tilt: f64, amplitude: f64, frequency: f64) -> f64 {
         const LAST: u32 = 4000;
         let first = rest * 200;
@@ -233,7 +234,7 @@ mod tests {
     }
 
     #[test]
-    fn vibration_of_an_inclined_sensor_is_not_taken_for_an_offset_of_the_gyroscope() {
+    fn mean_angle_of_an_inclined_sensor_is_correct_under_vibration() {
         for (rest, tilt, amplitude, frequency) in [
             (0, 5.0, 0.5, 3.0),
             (0, 10.0, 0.5, 3.0),

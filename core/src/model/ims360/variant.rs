@@ -1,7 +1,7 @@
 //! The variants of the IMS360: with one axis, the device type and the factory mapping of the first TPDO differ.
 //!
-//! A stored set contains the device type of the variant for which it was stored. The factory mapping of that variant follows a new
-//! variant; another mapping stays.
+//! A stored set contains the device type of the variant for which it was stored. A new variant replaces the factory mapping of the stored
+//! variant by its own. It keeps any other mapping.
 
 use super::Ims360Product;
 use super::parameters::{ONE_AXIS, ONE_AXIS_TYPE, TWO_AXES_TYPE, id};

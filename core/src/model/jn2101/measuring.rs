@@ -120,7 +120,7 @@ impl Measuring {
         self.up.filter(|_| self.validity.is_valid())
     }
 
-    /// The judgement of the accelerometer.
+    /// Detects a dead or wrong accelerometer.
     pub fn validity(&self) -> &Validity {
         &self.validity
     }

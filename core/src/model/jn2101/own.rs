@@ -64,7 +64,7 @@ fn restore(scope: &mut Scope, data: &[u8]) -> Result<Then, Abort> {
     scope.save(parameters)
 }
 
-/// The factory values are in force when they are stored.
+/// The factory values take effect at the end of the save.
 fn restored(scope: &mut Scope, succeeded: bool) {
     if succeeded {
         scope.cx.parameters.copy(&Values::factory(), restorable());
@@ -93,7 +93,7 @@ fn write_key(scope: &mut Scope, text: &[u8]) -> Result<Then, Abort> {
     scope.save(parameters)
 }
 
-/// The parameters of a key are in force when they are stored.
+/// The parameters of a key take effect at the end of the save.
 fn key_stored(scope: &mut Scope, succeeded: bool) {
     if succeeded {
         scope.cx.parameters.copy(scope.stored, programming_key::IDS);

@@ -137,7 +137,7 @@ impl Product {
         }
     }
 
-    /// The same with these variants. A product without CANopen is a compile error.
+    /// Sets the variants. A product without CANopen is a compile error.
     #[allow(clippy::panic)] // evaluated at compile time only
     pub const fn with_variants(self, variants: &'static [Variant]) -> Self {
         let Protocol::Canopen(tables) = self.protocol else {

@@ -60,7 +60,7 @@ pub struct Product {
 }
 
 impl Product {
-    /// A product of which only a description of its protocol is known. It cannot be started.
+    /// A product with a description of its protocol only. It cannot be started.
     pub const fn described(name: &'static str, maker: &'static str, protocol: Protocol) -> Self {
         Self {
             name,
@@ -104,12 +104,12 @@ impl Product {
         }
     }
 
-    /// The same with a guide for tools.
+    /// Sets the guide for tools.
     pub const fn guided(self, guide: &'static Guide) -> Self {
         Self { guide, ..self }
     }
 
-    /// The same with this vendor. An original has the name of its maker here.
+    /// Sets the vendor. The vendor of an original sensor is its manufacturer.
     pub const fn sold_by(self, vendor: &'static str) -> Self {
         Self { vendor, ..self }
     }

@@ -1,4 +1,4 @@
-//! Frames on their way to and from the node.
+//! The frames between the CAN controller and the node.
 
 use super::super::{Action, BusEvent, BusMode, Communication, Node, Protocol};
 use super::{Controller, Phase};
@@ -12,7 +12,7 @@ use heapless::Deque;
 /// with the shortest frames and 100 % bus load.
 const QUEUE: usize = 32;
 
-/// What takes the received frames and has the frames to send: the communicating half of a node, or a [`Node`] on one thread.
+/// Receives frames and has the frames to send: the communicating half of a node, or a [`Node`] on one thread.
 pub trait Exchange {
     /// Whether [`sent`](Self::sent) and [`sends_once`](Self::sends_once) have an effect.
     const USES_SENT: bool;
@@ -38,7 +38,7 @@ pub trait Exchange {
     /// The next frame to send. Call it only when a mailbox is free. `now` returns the present time, for a node that needs it.
     fn transmit(&mut self, now: impl FnOnce() -> Instant) -> Option<Frame>;
 
-    /// Handles that all mailboxes are empty, because their frames were sent.
+    /// All mailboxes are empty: their frames were sent.
     fn sent(&mut self, now: Instant);
 
     /// Whether the frames in the mailboxes must not be sent any more, because they have an old address.
@@ -166,7 +166,7 @@ pub struct Line<C> {
 }
 
 impl<C> Line<C> {
-    /// No frame.
+    /// A line without received frames.
     pub const fn new(controller: C) -> Self {
         Self {
             received: Deque::new(),
@@ -175,7 +175,7 @@ impl<C> Line<C> {
     }
 }
 
-/// A use of a node with its CAN controller: see the [module](super). `H` is the communicating half of the node, or the node.
+/// Exclusive access to a node and its CAN controller: see the [module](super). `H` is the communicating half of the node, or the node.
 pub struct Link<'a, H: ?Sized, C> {
     pub(super) node: &'a mut H,
     line: &'a mut Line<C>,
@@ -187,7 +187,7 @@ impl<'a, H: Exchange + ?Sized, C: Controller> Link<'a, H, C> {
         Self { node, line }
     }
 
-    /// The controller.
+    /// The CAN controller, for example to read its registers.
     pub fn controller(&mut self) -> &mut C {
         &mut self.line.controller
     }
@@ -239,10 +239,10 @@ impl<'a, H: Exchange + ?Sized, C: Controller> Link<'a, H, C> {
         }
     }
 
-    /// Handles that a mailbox has become free: its frame was sent, or it was aborted, or it is `unsent`: it was put for a single
-    /// attempt and ended in a bit error.
+    /// A mailbox has become free: its frame was sent, or aborted, or is `unsent`: the controller made a single attempt, which ended in a
+    /// bit error.
     pub fn transmitted(&mut self, unsent: bool) {
-        // In another phase, the frame was withdrawn.
+        // In another phase, the frame was aborted.
         if H::USES_SENT && unsent && self.phase() == Phase::Normal {
             self.bus(BusEvent::Unsent);
         }
@@ -276,11 +276,11 @@ impl<'a, H: Exchange + ?Sized, C: Controller> Link<'a, H, C> {
             self.withdraw();
             moves = true;
         }
-        // Usually nothing: the check is shorter than the call, which saves many registers.
+        // Usually there is no frame. The check is shorter than the call, which saves many registers.
         moves | (self.node.is_sending() && self.send())
     }
 
-    /// As [`transmit`](Self::transmit).
+    /// Sends the frames of the node: [`transmit`](Self::transmit), only if there can be a frame.
     fn send(&mut self) -> bool {
         self.transmit()
     }

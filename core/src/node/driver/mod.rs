@@ -1,4 +1,4 @@
-//! The order in which a driver drives a node. It exists once: the boards, the simulated sensors and the examples use it.
+//! The order in which a driver drives a node. The boards, the simulated sensors and the examples use this code.
 //!
 //! A driver implements two traits, [`Controller`] and [`Platform`], and calls a [`Driver`]:
 //!
@@ -38,7 +38,7 @@
 //! - A frame is answered on reception, also during a calculation or a save. While the node cannot take it, because the parameters
 //!   of an earlier frame are not applied yet or the bit rate changes, it waits in the [`Line`], and later frames wait behind it.
 //! - The answer to a frame does not overtake an earlier frame of the node, and a newer frame does not overtake the answer.
-//! - At a change of the bit rate, no frame of the old one is taken or sent. At a change of the filters only, received frames wait
+//! - At a change of the bit rate, no frame of the old bit rate is received or sent. At a change of the filters only, received frames wait
 //!   and none is lost, and no frame with an old address is sent.
 //! - A bit rate is changed before the next event is read: an error at the old bit rate does not count at the new one.
 //! - Parameters are applied before the next reading, and not during a save.
@@ -91,7 +91,7 @@ impl Phase {
 /// The transmit mailboxes of a CAN controller. On a driver with two priorities, its methods are called in the interrupts and in
 /// [`Shared::with`].
 pub trait Controller {
-    /// The present time.
+    /// The time of the call, from the clock of the driver.
     fn now(&self) -> Instant;
 
     /// What the driver may do with frames. The [`Platform`] sets the phase with its changes of the mode, this trait with
@@ -188,7 +188,7 @@ impl<S: Side> Driver<S> {
         self.side.link(|link| link.receive(frame));
     }
 
-    /// Handles that a mailbox has become free: see [`Link::transmitted`].
+    /// A mailbox has become free: see [`Link::transmitted`].
     pub fn transmitted(&mut self, unsent: bool) {
         self.side.link(|link| link.transmitted(unsent));
     }
@@ -263,7 +263,7 @@ impl<S: Side> Driver<S> {
     fn step(&mut self, platform: &mut impl Platform) {
         let side = &mut self.side;
         if platform.step(|accept| side.link(|link| link.node.filters(accept))) {
-            // The frames that waited for the change.
+            // Handles the frames that waited for the change.
             side.settle();
         }
     }
@@ -277,7 +277,7 @@ impl<S: Side> Driver<S> {
             }
             Action::Bus(..) => {
                 platform.perform(action);
-                // At once, so that the controller can join the bus at the end of the current frame.
+                // Without delay, so that the controller can join the bus at the end of the current frame.
                 self.step(platform);
             }
             Action::Save => {

@@ -8,7 +8,7 @@ use crate::time::{Deadline, Instant};
 
 /// The way from the measuring half to the communicating half.
 pub(in crate::node) trait Reach<A: Application, P: Protocol<A>> {
-    /// The present time.
+    /// The time of the call, from the clock of the driver.
     fn now(&self) -> Instant;
 
     /// Uses the communicating half. No frame is handled at the same time.

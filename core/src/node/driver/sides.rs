@@ -12,9 +12,9 @@ use core::ops::DerefMut;
 /// What a [`Driver`](super::Driver) drives: a node on [one thread](OneThread), or the measuring half of a node at the lower of
 /// [two priorities](TwoPriorities). A driver only calls [`Driver`](super::Driver).
 pub trait Side {
-    /// What takes the frames.
+    /// The half of the node that handles the frames.
     type Exchange: Exchange + ?Sized;
-    /// The mailboxes.
+    /// The transmit mailboxes of the CAN controller.
     type Controller: Controller;
 
     /// Uses the link.
@@ -23,7 +23,7 @@ pub trait Side {
         f: impl FnOnce(&mut Link<'_, Self::Exchange, Self::Controller>) -> R,
     ) -> R;
 
-    /// The present time.
+    /// The time of the call, from the clock of the driver.
     fn now(&self) -> Instant;
 
     /// Handles the frames that waited for the node, and sends its frames.
@@ -36,7 +36,7 @@ pub trait Side {
     /// Performs the work that is due, up to the next action.
     fn round(&mut self) -> Round;
 
-    /// Handles a reading.
+    /// Handles a reading of the accelerometer, with the parameters of all earlier frames.
     fn sample(&mut self, reading: &Reading);
 
     /// Handles a gap before the next reading.
@@ -76,7 +76,7 @@ impl<B: DerefMut<Target: Node>, C: Controller> OneThread<B, C> {
         }
     }
 
-    /// The node.
+    /// The node, for example to read its state.
     pub fn node(&self) -> &B::Target {
         &self.node
     }
@@ -102,7 +102,7 @@ impl<B: DerefMut<Target: Node>, C: Controller> Side for OneThread<B, C> {
             self.link(|link| link.pause_for(action));
             return Round::Perform(action);
         }
-        // The protocol can have waited for the room in its queue.
+        // The protocol may have waited for room in its queue.
         if self.link(|link| link.settle()) {
             Round::Again
         } else {
@@ -153,13 +153,13 @@ pub trait Shared {
     type Application: Application;
     /// The protocol of the node.
     type Protocol: Protocol<Self::Application>;
-    /// The mailboxes.
+    /// The transmit mailboxes of the CAN controller.
     type Controller: Controller;
 
     /// Uses the link. Meanwhile no interrupt uses it. Calls are short and not nested.
     fn with<R>(&self, f: impl FnOnce(&mut LinkOf<'_, Self>) -> R) -> R;
 
-    /// The present time.
+    /// The time of the call, from the clock of the driver.
     fn now(&self) -> Instant;
 }
 
@@ -170,7 +170,7 @@ pub type LinkOf<'a, S> = Link<
     <S as Shared>::Controller,
 >;
 
-/// The measuring half of a node, in a main loop that interrupts interrupt.
+/// The measuring half of a node in a main loop. The interrupts use the communicating half.
 pub struct TwoPriorities<'a, S: Shared> {
     acquisition: &'a mut Acquisition<S::Application>,
     shared: S,

@@ -255,7 +255,7 @@ fn refused_mapping_puts_the_fixed_mapping_in_force_again() {
 
 /// A tool that switches the TPDO off before it maps, like python-canopen: bit 31 is not a part of the mapping.
 #[test]
-fn tpdo_switched_off_before_a_refused_mapping_has_its_mapping_when_it_is_switched_on() {
+fn disabled_tpdo_keeps_its_mapping_after_a_refused_mapping() {
     for zero in [false, true] {
         let mut t = tilted();
         t.write(0x1801, 1, 4, OFF | 0x28A).unwrap();

@@ -185,14 +185,14 @@ fn sync_identifier_that_a_new_node_id_makes_its_own_is_sent_and_not_consumed() {
 
 /// The new node-ID is written before the other settings.
 #[test]
-fn sync_identifier_of_the_present_node_id_is_accepted_if_the_coming_one_leaves_it() {
+fn sync_cob_id_of_present_node_id_is_accepted_if_pending_node_id_does_not_use_it() {
     for sync in [0x08A, 0x18A, 0x28A] {
         let mut t = booted();
         assert_eq!(t.write(0x1005, 0, 4, sync), Err(VALUE), "{sync:03X}h");
         t.write(0x2000, 0, 1, 20).unwrap();
         assert_eq!(t.write(0x1005, 0, 4, sync), Ok(()), "{sync:03X}h");
         assert_eq!(t.read(0x1005, 0), Ok(sync));
-        // Until the reset the sensor sends it and does not consume it.
+        // Until the reset, the sensor sends with this identifier and does not take it as SYNC.
         t.send("000#010A");
         assert_eq!(t.exchange(&format!("{sync:03X}#")), [""; 0]);
         t.store();
@@ -202,7 +202,7 @@ fn sync_identifier_of_the_present_node_id_is_accepted_if_the_coming_one_leaves_i
         t.sent_text();
         let tpdos = ["194#00000000", "294#0000000000000000"];
         assert_eq!(t.exchange(&format!("{sync:03X}#")), tpdos);
-        // An identifier of both is one of its own.
+        // The present node-ID uses this identifier, and so does the stored one.
         assert_eq!(t.write(0x1005, 0, 4, sync + 10), Err(VALUE));
     }
 }

@@ -48,7 +48,7 @@ fn implausible_acceleration_is_sensor_error() {
     }
 }
 
-/// From the first reading on, so that a dead accelerometer never looks level.
+/// The fault is active from the first reading on. Otherwise the sensor would be reported as level.
 #[test]
 fn dead_accelerometer_is_announced_behind_the_boot_up_message() {
     let mut t = booted();
@@ -137,7 +137,7 @@ fn range_of_45_degrees_does_not_depend_on_the_length_of_the_acceleration() {
         t.settle_at(at(70.0));
         assert_eq!(t.sent_text(), [""; 0], "{g} g");
     }
-    // Up to the range of the accelerometer: without a filter, a push of 50 ms is judged as it is.
+    // Up to the range of the accelerometer. Without a filter, a push of 50 ms changes the angle.
     for (degrees, exceeds) in [(44.0, false), (60.0, true)] {
         let mut t = booted();
         t.write(0x2043, 0, 1, 0).unwrap();
@@ -306,9 +306,9 @@ fn inhibit_time_delays_emergencies() {
     );
 }
 
-/// Byte 3 of the message has a bit of each lasting fault; an overrun has none, so that the supply has one.
+/// Byte 3 of the message has a bit for each lasting fault. An overrun has no bit.
 #[test]
-fn overrun_leaves_its_place_in_the_status_to_the_lasting_faults() {
+fn overrun_has_no_bit_in_the_status_byte() {
     let mut t = operational();
     t.temperature = 90_00;
     t.wait_text(200);
@@ -322,7 +322,7 @@ fn overrun_leaves_its_place_in_the_status_to_the_lasting_faults() {
     t.bus(state(BusState::Passive));
     t.wait_without_samples(200);
     t.bus(BusEvent::Overrun);
-    // All but 8140h, which is over at once.
+    // All bits except that of 8140h, which is a momentary fault.
     let expected = ["08A#1081 1D 7F00000000", "08A#0000 1D 7F00000000"];
     assert_eq!(t.sent_text(), expected.map(|text| text.replace(' ', "")));
     assert_eq!(t.read(0x1003, 1), Ok(0x007F_8110));

@@ -55,7 +55,7 @@ fn every_mac_id_is_adopted_at_once_and_kept() {
         has_identifiers(&mut tester, mac);
         let read = send(&mut tester, mac, 4, "0A0E030101");
         assert_eq!(read, [format!("{:03X}#0A8E{mac:02X}", group_2(mac, 3))]);
-        // It is no configuration of the application (bit 2).
+        // The MAC ID is not a configuration of the application (bit 2).
         let status = send(&mut tester, mac, 4, "0A0E010105");
         assert_eq!(status, [format!("{:03X}#0A8E0100", group_2(mac, 3))]);
         for id in 0..0x800 {

@@ -267,9 +267,9 @@ fn implausible_acceleration_is_in_the_status_and_on_the_module_led() {
     }
 }
 
-/// So that it never looks level.
+/// Without this status, the sensor would be reported as level.
 #[test]
-fn first_reading_of_a_dead_accelerometer_is_in_the_status() {
+fn status_reports_dead_accelerometer_after_first_reading() {
     let mut tester = tiltix080(EXPLICIT);
     tester.force = [0; 3];
     tester.power_cycle();

@@ -84,7 +84,7 @@ fn two_axis_sensor_on_its_back_is_out_of_range() {
 
 /// Level and on its back: a shock of 6 g against gravity for 20 ms, twice a second, for 10 s.
 #[test]
-fn shocks_do_not_change_the_judgement_of_a_sensor_on_its_back() {
+fn shocks_do_not_change_errors_of_level_or_overturned_sensor() {
     for (gravity, expected) in [(ONE_G, 0), (-ONE_G, BOTH)] {
         let mut tester = is2();
         tester.rest(0, 0, gravity);
@@ -97,7 +97,7 @@ fn shocks_do_not_change_the_judgement_of_a_sensor_on_its_back() {
 }
 
 #[test]
-fn sensor_that_turns_over_is_out_of_range_after_100_ms_and_at_power_up_at_once() {
+fn overturned_sensor_is_out_of_range_after_100_ms_and_immediately_at_power_up() {
     let mut tester = is2();
     tester.rest(0, 0, ONE_G);
     tester.hold([0, 0, -ONE_G], 19);

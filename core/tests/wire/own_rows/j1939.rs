@@ -211,7 +211,7 @@ fn faults_of_the_node_are_active_codes() {
     assert_eq!(tester.sent_text(), [answer, memory]);
     tester.bus(BusEvent::State(BusState::Passive));
     let sent = tester.wait_text(60);
-    // Two codes are a message of ten bytes.
+    // A message with two codes has ten bytes.
     let announced = "1CECFF90#200A0002FFCAFE00".to_string();
     assert!(
         sent.iter().any(|(_, frame)| *frame == announced),

@@ -27,7 +27,7 @@ fn state(t: &mut Tester<Stranger>) -> u8 {
 }
 
 #[test]
-fn monitoring_begins_with_the_first_heartbeat() {
+fn first_heartbeat_starts_monitoring() {
     let mut t = monitoring();
     assert_eq!(t.wait_text(1000), []);
     assert_eq!(t.exchange("705#05"), [""; 0]);
@@ -36,7 +36,7 @@ fn monitoring_begins_with_the_first_heartbeat() {
 }
 
 #[test]
-fn heartbeat_in_time_prolongs_the_monitoring() {
+fn heartbeat_restarts_consumer_time() {
     let mut t = monitoring();
     for state in ["05", "7F", "04", "05"] {
         t.send(&format!("705#{state}"));
@@ -45,7 +45,7 @@ fn heartbeat_in_time_prolongs_the_monitoring() {
 }
 
 #[test]
-fn boot_up_message_neither_begins_nor_prolongs_the_monitoring() {
+fn boot_up_message_neither_starts_nor_continues_monitoring() {
     let mut t = monitoring();
     t.send("705#00");
     assert_eq!(t.wait_text(500), []);
@@ -56,7 +56,7 @@ fn boot_up_message_neither_begins_nor_prolongs_the_monitoring() {
 }
 
 #[test]
-fn loss_is_an_error_until_the_next_heartbeat() {
+fn lost_heartbeat_is_an_error_until_the_next_heartbeat() {
     let mut t = monitoring();
     t.send("705#05");
     t.wait_text(100);
@@ -69,7 +69,7 @@ fn loss_is_an_error_until_the_next_heartbeat() {
 }
 
 #[test]
-fn loss_has_the_error_behaviour_of_1029h() {
+fn lost_heartbeat_causes_error_behaviour_of_1029h() {
     for (behaviour, after) in [(0, 0x7F), (1, 0x05), (2, 0x04)] {
         let mut t = booted();
         t.write(0x1029, 1, 1, behaviour).unwrap();
@@ -91,7 +91,7 @@ fn nodes_are_monitored_independently() {
     assert_eq!(t.wait_text(90), []);
     t.send("706#05");
     assert_eq!(t.wait_text(20), [(10, LOST.to_owned())]);
-    // Node 6 is lost, too; the error ends when both have come back.
+    // The heartbeat of node 6 is lost too. The error ends when both nodes send heartbeats again.
     t.wait_text(300);
     assert_eq!(t.exchange("705#05"), [""; 0]);
     assert_eq!(t.exchange("706#05"), [FOUND]);
@@ -111,7 +111,7 @@ fn entry_with_time_0_or_another_node_id_monitors_nothing() {
 fn second_entry_for_a_node_is_incompatible() {
     let mut t = monitoring();
     assert_eq!(t.write(0x1016, 2, 4, 0x0005_0001), Err(0x0604_0043));
-    // Unused, and the value in force.
+    // An unused entry, then the present value.
     assert_eq!(t.write(0x1016, 2, 4, 0x0005_0000), Ok(()));
     assert_eq!(t.write(0x1016, 1, 4, NODE_5), Ok(()));
     assert_eq!(t.write(0x1016, 1, 4, 0x0005_0065), Ok(()));
@@ -119,7 +119,7 @@ fn second_entry_for_a_node_is_incompatible() {
 }
 
 #[test]
-fn remote_frame_and_empty_frame_are_no_heartbeat() {
+fn remote_frame_and_empty_frame_are_not_a_heartbeat() {
     let mut t = monitoring();
     for frame in ["705#R1", "705#"] {
         t.send(frame);
@@ -139,7 +139,7 @@ fn filters_pass_the_heartbeats_of_monitored_nodes_only() {
 }
 
 #[test]
-fn reset_waits_for_the_first_heartbeat_again() {
+fn first_heartbeat_starts_monitoring_again_after_reset() {
     let mut t = booted();
     t.write(0x1016, 1, 4, NODE_5).unwrap();
     t.store();

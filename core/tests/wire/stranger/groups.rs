@@ -1,4 +1,4 @@
-//! 1010h and 1011h: the groups of CiA 301, and two of the maker.
+//! 1010h and 1011h: the groups of CiA 301, and two manufacturer-specific groups.
 
 use super::Stranger;
 use super::booted;
@@ -43,7 +43,7 @@ fn change(t: &mut Tester<Stranger>) {
     }
 }
 
-/// Expects the other value in the settings of these groups, in all others the value as delivered.
+/// Expects the other value in the settings of these groups, and the factory value in all others.
 fn expect(t: &mut Tester<Stranger>, changed: &[u8], what: &str) {
     for (index, sub, _, delivered, other, group) in SETTINGS {
         let value = if changed.contains(&group) {
@@ -163,7 +163,7 @@ fn parameter_without_object_belongs_to_sub_index_4() {
 }
 
 #[test]
-fn groups_read_that_they_store_on_command() {
+fn group_objects_return_1_for_storage_on_command() {
     let mut t = booted();
     for index in [0x1010, 0x1011] {
         assert_eq!(t.read(index, 0), Ok(5));
@@ -186,7 +186,7 @@ fn group_without_signature_is_not_stored() {
 }
 
 #[test]
-fn group_is_refused_while_another_save_runs() {
+fn save_of_a_group_is_refused_during_another_save() {
     let mut t = booted();
     t.memory_works = None;
     t.send("61E#2310100273617665");
@@ -198,7 +198,7 @@ fn group_is_refused_while_another_save_runs() {
 }
 
 #[test]
-fn failed_save_of_a_group_is_an_error_of_the_hardware() {
+fn failed_save_of_a_group_returns_hardware_error() {
     let mut t = booted();
     t.memory_works = Some(false);
     assert_eq!(

@@ -1,4 +1,4 @@
-//! A stranger's sensor, written with public items only: what the standard asks of each CANopen device.
+//! A sensor that is not in the catalogue and uses public items only: the requirements of CiA 301 for each CANopen device.
 
 mod consumers;
 mod groups;

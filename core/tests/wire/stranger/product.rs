@@ -1,5 +1,5 @@
-//! A stranger's sensor outside of the catalogue: an inclinometer with the device profile CiA 410, node-ID 30, as its own maker would
-//! write it with public items only.
+//! A sensor that is not in the catalogue: an inclinometer with the device profile CiA 410 and node-ID 30. It uses public items only, as a
+//! product of another crate.
 //!
 //! | object  | contents                                    | type | stored by |
 //! |---------|---------------------------------------------|------|-----------|
@@ -40,10 +40,10 @@ plumbline::ids! { ParameterId:
     MOUNTING,
     RESOLUTION,
     OFFSET,
-    /// Not an object: it belongs to sub-index 4.
+    /// A parameter without an object: sub-index 4 of 1010h stores it.
     HIDDEN,
     CONSUMERS(3),
-    /// Two rows each: 64 bits.
+    /// Numbers of 64 bits have two rows each.
     COUNT(2),
     BALANCE(2),
     FACTOR,
@@ -171,7 +171,8 @@ impl Application for Slope {
     }
 }
 
-/// Between the standard objects: 1010h and 1011h with one more group of the maker, the heartbeat consumer, and the error behaviour.
+/// The objects between the standard objects: 1010h and 1011h with one more manufacturer-specific group, the heartbeat consumer, and the
+/// error behaviour.
 const MORE: &[Object] = plumbline::objects![
     [group(0x1010, "Save mounting", Service::StoreGroup)],
     [group(0x1011, "Restore mounting", Service::RestoreGroup)],

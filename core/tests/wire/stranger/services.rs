@@ -1,4 +1,4 @@
-//! The objects of `profile::standard`, and layer setting services with a table of bit rates of the maker.
+//! The objects of `profile::standard`, and layer setting services with a manufacturer-specific bit timing table.
 
 use super::booted;
 
@@ -26,7 +26,7 @@ fn standard_objects_have_the_values_of_the_product() {
 }
 
 #[test]
-fn node_id_127_is_permitted_by_lss_and_by_sdo() {
+fn lss_and_sdo_accept_node_id_127() {
     let mut t = booted();
     t.send("7E5#0401000000000000");
     for (request, answer) in [
@@ -45,14 +45,14 @@ fn node_id_127_is_permitted_by_lss_and_by_sdo() {
 }
 
 #[test]
-fn bit_timing_has_table_of_the_maker_besides_that_of_cia_305() {
+fn configure_bit_timing_accepts_cia_305_table_and_manufacturer_table() {
     let mut t = booted();
     t.send("7E5#0401000000000000");
     for (table, index, error, rate) in [
         (0, 3, 0, 250),
         (0, 5, 1, 250),
         (128, 1, 0, 125),
-        // Reserved, not one of the product (100 kbit/s), and beyond the table.
+        // A reserved index, a bit rate that the product does not permit (100 kbit/s), and an index beyond the table.
         (128, 0, 1, 125),
         (128, 2, 1, 125),
         (128, 4, 1, 125),

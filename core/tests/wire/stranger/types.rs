@@ -73,7 +73,7 @@ fn number_of_64_bits_with_another_length_is_refused() {
 }
 
 #[test]
-fn what_is_no_number_is_refused() {
+fn nan_is_refused() {
     let mut t = booted();
     for nan in [0x7FC0_0000, 0x7F80_0001, 0xFFFF_FFFF] {
         assert_eq!(t.write(0x2202, 0, 4, nan), Err(0x0609_0030), "{nan:08X}");
@@ -88,7 +88,7 @@ fn what_is_no_number_is_refused() {
 }
 
 #[test]
-fn real_number_has_its_range() {
+fn real_number_out_of_range_is_refused() {
     let mut t = booted();
     for (number, expected) in [
         (90.0_f32, Ok(())),
@@ -105,7 +105,7 @@ fn real_number_has_its_range() {
 }
 
 #[test]
-fn image_with_what_is_no_number_is_refused() {
+fn stored_image_with_nan_is_refused() {
     let mut t = booted();
     t.store();
     let mut memory = t.memory.clone().unwrap();

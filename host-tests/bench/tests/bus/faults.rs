@@ -316,7 +316,7 @@ fn power_loss_during_frame_aborts_frame() {
 }
 
 #[test]
-#[should_panic(expected = "always has more to do")]
+#[should_panic(expected = "does not become idle")]
 fn endless_poll_panics() {
     let mut bus = Bus::new(BusRate::Follow);
     bus.attach(device(&ENDLESS, 1));

@@ -9,7 +9,7 @@ use plumbline::store::{Name, Unit};
 pub struct Field {
     /// Its key in a sheet.
     pub key: &'static str,
-    /// Where the sensor has it.
+    /// The object or attribute in which the sensor has it.
     pub place: &'static str,
     kind: Kind,
 }
@@ -82,14 +82,14 @@ pub fn fields(product: &Product) -> Vec<Field> {
 /// A value of a sheet.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub enum Value {
-    /// A number.
+    /// A number, decimal or hexadecimal.
     Number(i64),
-    /// A text.
+    /// A text in quotation marks.
     Text(String),
 }
 
 impl Field {
-    /// Checks a value and gives it to a unit.
+    /// Checks a value and stores it in a unit.
     pub(super) fn set(&self, unit: &mut Unit, value: &Value) -> Result<(), String> {
         let refused = |limit: &str| {
             let shown = match value {

@@ -10,7 +10,7 @@
 //! name = "INCLINOMETER 080 degree"
 //! ```
 //!
-//! A sheet is TOML without sections. Everything but the product is optional: what is not there stays as the product has it.
+//! A sheet is TOML without sections. Only the product is mandatory. A missing value stays as the product has it.
 
 use super::{Value, fields};
 use plumbline::model::catalog::{Product, find};
@@ -42,7 +42,7 @@ impl Sheet {
     /// Reads a sheet.
     ///
     /// # Errors
-    /// One sentence: it is no sheet, or a key or product is unknown.
+    /// One sentence: the text is not a sheet, or a key or product is unknown.
     pub fn parse(text: &str) -> Result<Self, String> {
         let table: toml::Table = text.parse().map_err(|error: toml::de::Error| {
             let line = error
@@ -139,7 +139,7 @@ pub(super) mod tests {
     ];
 
     #[test]
-    fn sheet_of_a_unit_is_read_as_the_same_unit() {
+    fn sheet_written_for_a_unit_is_read_as_the_same_unit() {
         for (name, text) in FULL {
             let product = find(name).unwrap();
             let unit = unit_of(name, text).unwrap();
@@ -157,7 +157,7 @@ pub(super) mod tests {
     }
 
     #[test]
-    fn value_that_does_not_fit_is_refused_with_key_value_and_limit() {
+    fn value_out_of_range_is_refused_with_key_value_and_limit() {
         let long = "x".repeat(33);
         for (name, line, parts) in [
             (

@@ -190,7 +190,7 @@ impl Filters {
         }
     }
 
-    /// Inverts bits of a register, whatever the manual permits.
+    /// Inverts bits of a register, also if the manual does not permit it.
     pub(super) fn disturb(&mut self, register: Register, bits: u32) {
         match register {
             Register::FilterMaster => self.write_master(self.read(register) ^ bits),

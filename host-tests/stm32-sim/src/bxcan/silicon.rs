@@ -4,8 +4,8 @@
 //!   sleep mode; the other registers and the error counters stay (RM0091, 29.9.2; driver of candleLight_fw, which polls RESET,
 //!   then SLAK, and resets the counters by RCC).
 //! - Entering initialization and sleep mode and releasing a mailbox take a time.
-//! - In silent mode the transmit output can become dominant and stay so until a reset by RCC (libcyphal, pull request 69: after
-//!   repeated resets, when a frame is seen).
+//! - In silent mode the transmit output can become dominant and stay so until a reset by RCC (libcyphal, pull request 69: after repeated
+//!   resets, when the controller receives a frame).
 //! - CAN_FMR has a field CAN2SB on some chips (stm32-rs: 2A1C0E01h after a reset on the STM32F103; 0 on others).
 //! - CAN_TSR.CODE is always 0 in some clones, in which the TME bits work (katapult, issue 11: GD32F103; STM32_CAN, issue 54:
 //!   CS32F103).
@@ -60,7 +60,7 @@ impl Default for Silicon {
 }
 
 impl Silicon {
-    /// The behaviour with which a driver can rely on the least.
+    /// The worst behaviour that RM0008 permits or that clones have.
     pub fn worst() -> Self {
         Self {
             lock_after: Some(0),

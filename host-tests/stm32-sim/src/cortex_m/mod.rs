@@ -71,7 +71,7 @@ pub struct CortexM3 {
     model: Model,
     /// CPUID.
     identity: u32,
-    /// Arm erratum 602117: an interrupted LDRD starts again with a spoiled base.
+    /// Arm erratum 602117: an interrupted LDRD starts again with a wrong base.
     restarts_loads: bool,
     registers: Registers,
     /// The address of the next instruction.

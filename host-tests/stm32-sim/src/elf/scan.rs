@@ -2,7 +2,7 @@
 //!
 //! - Arm erratum 602117, Cortex-M3 before r2p1: LDRD with the base as its first destination. After an interrupt between the two loads it can
 //!   start again with the wrong base.
-//! - Arm erratum 776924, Cortex-M4: VDIV and VSQRT, under a short interrupt handler. No image has floating point at all.
+//! - Arm erratum 776924, Cortex-M4: VDIV and VSQRT, under a short interrupt handler. No image has floating-point instructions.
 
 use super::{Image, ImageError};
 use crate::cortex_m::Model;

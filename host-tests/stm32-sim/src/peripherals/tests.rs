@@ -390,7 +390,7 @@ fn two_outputs_at_pb9_are_a_violation() {
 }
 
 #[test]
-fn output_of_a_timer_that_does_not_run_is_a_violation() {
+fn output_of_a_stopped_timer_is_a_violation() {
     let mut bench = Bench::new();
     bench.write(APB2ENR, 1 << 3 | 1);
     bench.write(GPIOB, 0x4444_4443);

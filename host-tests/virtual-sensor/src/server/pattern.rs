@@ -118,7 +118,7 @@ mod tests {
     }
 
     #[test]
-    fn each_pattern_is_recognised_after_three_flashes_and_taken_for_no_other() {
+    fn each_pattern_is_recognised_after_three_flashes_and_never_as_another() {
         for pattern in [
             Pattern::Off,
             Pattern::On,
@@ -140,7 +140,7 @@ mod tests {
 
     /// The self-test of a TILTIX: one flash of each colour, and the module LED is green afterwards.
     #[test]
-    fn flashes_of_a_self_test_are_no_pattern() {
+    fn flashes_of_a_self_test_are_not_a_pattern() {
         let changes = [(57, true), (307, false), (1057, true), (2057, false)];
         let at = |ms: u64| Instant::from_ticks(ms * 1000);
         let mut history = Vec::new();

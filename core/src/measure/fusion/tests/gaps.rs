@@ -3,7 +3,7 @@
 use super::*;
 
 #[test]
-fn direction_and_bias_go_on_after_a_gap() {
+fn filter_keeps_direction_and_bias_after_a_gap() {
     let motion = Motion {
         bias: 2.0,
         ..Motion::REST
@@ -21,12 +21,12 @@ fn direction_and_bias_go_on_after_a_gap() {
     };
     let still = integers([0.0, 2.0, 0.0], 65_536.0);
     let angle = perpendicular(fusion.step(shock, still, true)).x;
-    // A weight of 2 in 102.
+    // The first sample after the gap has the weight 2 / 102.
     assert!(angle.millidegrees().abs() < 6_800, "{angle:?}");
 }
 
 #[test]
-fn turn_in_a_gap_is_followed_with_the_weight_of_100_samples() {
+fn filter_corrects_rotation_in_a_gap_with_weight_of_100_samples() {
     let mut fusion = tuned::<DELAY>(Q[2], R);
     Motion::REST.run(&mut fusion, 60.0);
     fusion.skip();

@@ -56,7 +56,7 @@ impl Scenario {
         ] {
             let mut trials = Vec::new();
             let period = SAMPLE_PERIOD.ticks();
-            // With two protocols the worst phases last for less than the step of few phases.
+            // With two protocols, a few phases are too coarse: the worst phase is shorter than their step.
             let step = match self.sweep {
                 Phases::Few if protocol.j1939.is_none() => FEW,
                 _ => STEP,

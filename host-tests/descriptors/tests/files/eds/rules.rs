@@ -320,7 +320,7 @@ fn value(variable: &Variable, found: &mut Vec<String>) {
     if let DataType::Real(_) = variable.data_type {
         let default = variable.default.as_deref().map(str::parse::<f64>);
         if default.is_some_and(|number| number.is_err()) {
-            found.push(format!("[{section}] DefaultValue is no real number"));
+            found.push(format!("[{section}] DefaultValue is not a real number"));
         }
         return;
     }

@@ -1,4 +1,4 @@
-//! The data sheet of a product that is not in the catalogue, with its own maker, numbers of 64 bits and real numbers.
+//! The data sheet of a product that is not in the catalogue, with another manufacturer, numbers of 64 bits and real numbers.
 
 #[path = "../../../../../core/tests/wire/stranger/product.rs"]
 mod product;

@@ -121,7 +121,7 @@ impl CortexM3 {
             return;
         };
         let address = self.registers.get(n).wrapping_add_signed(offset.into());
-        // A peripheral does not matter here: its registers are not loaded in pairs.
+        // Peripherals are not modelled here: no program loads their registers in pairs.
         if t == n
             && let Some(first) = self.memory.word(address)
         {

@@ -345,7 +345,7 @@ fn masked_supervisor_call_escalates() {
 
 /// Arm erratum 602117: the base of LDRD R0, R1, [R0, #8] is loaded before the interrupt.
 #[test]
-fn interrupted_load_pair_starts_again_with_spoiled_base() {
+fn interrupted_load_pair_starts_again_with_wrong_base() {
     for (restarts, base) in [(false, DATA), (true, DATA + 0x20)] {
         let mut processor = processor(&[NOP, 0xE9D0, 0x0102]);
         processor.set_restarts_loads(restarts);

@@ -31,7 +31,7 @@ impl Given {
         given(&self.text, &self.name, self.product.as_deref())
     }
 
-    /// The words of the command line.
+    /// The arguments of the command line.
     fn words(&self, store: Option<&str>) -> Words {
         let product = self.product.iter();
         let mut words: Words = product.map(|name| format!("--product={name}")).collect();

@@ -9,7 +9,7 @@ use plumbline::store::Store;
 use serde_json::{Value, json};
 
 #[test]
-fn identity_of_the_sensor_goes_into_the_store_file_of_the_command_line() {
+fn page_writes_identity_into_store_file_of_the_command_line() {
     let folder = tempfile::tempdir().expect("a folder");
     let store = folder.path().join("unit.bin");
     let server = Running::with_store(Box::new(fast_bus::connect), Some(store.clone()));
