@@ -35,6 +35,7 @@ mod ims360_faults;
 mod ims360_j1939;
 mod ims360_j1939_address;
 mod ims360_j1939_bus_off;
+mod invalid;
 mod jn2101;
 mod joining;
 mod load;

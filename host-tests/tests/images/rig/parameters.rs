@@ -15,15 +15,12 @@ pub mod fsc {
     pub const INCLINATION: u8 = 0x00;
     pub const STATUS: u8 = 0x02;
     pub const READ_CYCLIC_TIME: u8 = 0x15;
-    pub const READ_ZERO_X: u8 = 0x18;
-    pub const READ_ZERO_Y: u8 = 0x19;
     pub const WRITE_BAUD_RATE: u8 = 0x23;
     pub const WRITE_BUS_OFF_RECOVERY: u8 = 0x24;
     pub const WRITE_CYCLIC_TIME: u8 = 0x25;
     pub const WRITE_CYCLIC_MODE: u8 = 0x26;
     pub const WRITE_FILTER: u8 = 0x27;
     pub const ZERO_X: u8 = 0x28;
-    pub const ZERO_Y: u8 = 0x29;
     pub const SAVE: [u8; 5] = *b"\x50SAVE";
     pub const RESET: [u8; 6] = *b"\xFFRESET";
     pub const ALIVE: u8 = 0xFF;
