@@ -1,8 +1,9 @@
-//! The delay of the angle of an IMS360, from the motion to the start of the frame: on a ramp, with requests at all times between two
-//! samples. The tests compare a sensor built for the PC and the flashed image with the stated delay.
+//! The delay of the angle, from the motion to the start of the frame: on a ramp, with requests at all times between two samples. The tests
+//! compare sensors built for the PC and a flashed image with the delay that the page of the product states.
 
 use bench::motion::Motion;
 use bench::{AdapterId, Bus, BusRate};
+use can_wire::text::frame;
 use plumbline::can::{BitRate, Frame, standard};
 use plumbline::measure::low_pass::Kind;
 use plumbline::measure::{I32x3, ONE_G, PATH_DELAY, Reading, fusion};
@@ -12,37 +13,30 @@ use plumbline::time::{Duration, Instant, after, millis};
 const SLOPE: f64 = 20.0;
 const FIRST: f64 = -40.0;
 
-/// The start of the ramp in s: the sensor is operational.
-const START: f64 = 1.0;
-
-/// The first request, in s: the low-pass has settled on the ramp.
-const REQUESTS: f64 = 2.2;
-
 /// The number of requests, and the time between two of them: all tenths of a millisecond between two samples.
 const NUMBER: u32 = 300;
 const PERIOD: Duration = Duration::from_ticks(7_300);
 
-/// Node 50 with its factory identifiers.
-const SDO: u16 = 0x632;
-const TPDO: u16 = 0x1B2;
-
 /// A second in picoseconds.
 const SECOND: f64 = 1e12;
 
-/// The angle in deg at a time in s.
-fn angle(time: f64) -> f64 {
-    FIRST + SLOPE * (time - START).max(0.0)
-}
+/// The ramp, with its start in s.
+#[derive(Clone, Copy)]
+struct Ramp(f64);
 
-/// The ramp.
-struct Ramp;
+impl Ramp {
+    /// The angle in deg at a time in s.
+    fn angle(self, time: f64) -> f64 {
+        FIRST + SLOPE * (time - self.0).max(0.0)
+    }
+}
 
 impl Motion for Ramp {
     fn reading(&mut self, now: Instant) -> Reading {
         let time = now.ticks() as f64 / 1e6;
-        let (x, z) = angle(time).to_radians().sin_cos();
+        let (x, z) = self.angle(time).to_radians().sin_cos();
         let one_g = |part: f64| (part * f64::from(ONE_G)).round() as i32;
-        let rate = if time < START { 0.0 } else { SLOPE };
+        let rate = if time < self.0 { 0.0 } else { SLOPE };
         Reading {
             acceleration: I32x3 {
                 x: one_g(-x),
@@ -60,55 +54,169 @@ impl Motion for Ramp {
     }
 }
 
-/// A setting: 3110h:01, 3111h and 3110h:02.
-#[derive(Clone, Copy, Debug)]
-pub struct Setting {
-    /// The type of the low-pass.
-    pub kind: u8,
-    /// Its cut-off frequency in mHz.
-    pub cutoff: u16,
-    /// Whether the Kalman filter is on.
-    pub fuses: bool,
+/// How a product tells its angle about Y.
+pub struct Product {
+    /// Its name.
+    pub name: &'static str,
+    /// The start of the ramp in s: the sensor is on-line, and its parameters are written.
+    ready: f64,
+    /// The first request in s: the slowest filter has settled on the ramp.
+    settled: f64,
+    /// The frames of the master before the parameters are written.
+    start: &'static [&'static str],
+    /// The answer to a write begins with this.
+    written: &'static str,
+    /// The frames of the master behind it.
+    operate: &'static [&'static str],
+    /// The request of an angle, and the place of the angle in the answer, an i16 or i32 in 0.01 deg.
+    request: &'static str,
+    answer: u16,
+    place: std::ops::Range<usize>,
 }
 
-impl Setting {
-    const fn low_pass(kind: u8, cutoff: u16) -> Self {
-        Self {
-            kind,
-            cutoff,
-            fuses: false,
-        }
-    }
+/// It detects the bit rate, so the status is 02h (AutobaudDetection).
+const IS2: Product = Product {
+    name: "is2",
+    ready: 1.0,
+    settled: 2.2,
+    start: &["300#"],
+    written: "301#2702",
+    operate: &[],
+    request: "300#00",
+    answer: 0x301,
+    place: 2..4,
+};
 
-    /// The stated delay in ms.
-    fn stated(self) -> f64 {
-        let kind = match self.kind {
-            0 => Kind::Off,
-            1 => Kind::Butterworth,
-            _ => Kind::CriticallyDamped,
-        };
-        let stated = match self.fuses {
-            true => fusion::LAG,
-            false => PATH_DELAY + kind.delay(self.cutoff),
-        };
-        f64::from(stated) / 1e3
+const JN2101: Product = Product {
+    name: "jn2101",
+    ready: 1.0,
+    settled: 2.7,
+    start: &[],
+    written: "58A#60",
+    operate: &["000#010A"],
+    request: "080#",
+    answer: 0x18A,
+    place: 0..2,
+};
+
+const IMS360: Product = Product {
+    name: "ims360",
+    ready: 1.0,
+    settled: 2.2,
+    start: &[],
+    written: "5B2#60",
+    operate: &["000#0132"],
+    request: "1B2#R8",
+    answer: 0x1B2,
+    place: 0..4,
+};
+
+/// Explicit and poll, without limits of time.
+const TILTIX080: Product = Product {
+    name: "tiltix080",
+    ready: 3.0,
+    settled: 4.2,
+    start: &[
+        "5FE#0A4B0301030A",
+        "5FC#0A100501090000",
+        "5FC#0A100502090000",
+    ],
+    written: "5FB#0A90",
+    operate: &[],
+    request: "5FD#",
+    answer: 0x3FF,
+    place: 0..2,
+};
+
+/// A product with some parameters.
+pub struct Setting {
+    /// The product.
+    pub product: &'static Product,
+    /// The requests that write the parameters.
+    writes: &'static [&'static str],
+    /// The delay in ms that the page of the product states.
+    stated: f64,
+}
+
+/// The stated delay of a low-pass in ms.
+const fn low_pass(kind: Kind, cutoff: u16) -> f64 {
+    (PATH_DELAY + kind.delay(cutoff)) as f64 / 1e3
+}
+
+const fn setting(
+    product: &'static Product,
+    writes: &'static [&'static str],
+    stated: f64,
+) -> Setting {
+    Setting {
+        product,
+        writes,
+        stated,
     }
 }
 
 /// Without a low-pass: the delay of the path.
-pub const OFF: Setting = Setting::low_pass(0, 2_000);
+pub const OFF: Setting = setting(&IMS360, &["632#2F10310100000000"], 16.7);
 
 /// The Kalman filter.
-pub const FUSION: Setting = Setting { fuses: true, ..OFF };
+pub const FUSION: Setting = setting(&IMS360, &["632#2F10310201000000"], fusion::LAG as f64 / 1e3);
 
 /// All settings whose delays are measured.
-pub const SETTINGS: [Setting; 6] = [
+pub const SETTINGS: [Setting; 18] = [
     OFF,
     FUSION,
-    Setting::low_pass(1, 10_000),
-    Setting::low_pass(1, 25_000),
-    Setting::low_pass(2, 2_000),
-    Setting::low_pass(2, 8_000),
+    // 3110h:01 and 3111h
+    setting(
+        &IMS360,
+        &["632#2F10310101000000", "632#2B11310010270000"],
+        low_pass(Kind::Butterworth, 10_000),
+    ),
+    setting(
+        &IMS360,
+        &["632#2F10310101000000", "632#2B113100A8610000"],
+        low_pass(Kind::Butterworth, 25_000),
+    ),
+    setting(
+        &IMS360,
+        &["632#2F10310102000000", "632#2B113100D0070000"],
+        low_pass(Kind::CriticallyDamped, 2_000),
+    ),
+    setting(
+        &IMS360,
+        &["632#2F10310102000000", "632#2B113100401F0000"],
+        low_pass(Kind::CriticallyDamped, 8_000),
+    ),
+    // 27h
+    setting(&IS2, &["300#27E80300"], 27.6),
+    setting(&IS2, &["300#27102701"], 16.7 + 816.0 / 10.0),
+    setting(&IS2, &[], 208.0),
+    // 2043h
+    setting(&JN2101, &["60A#2F43200000000000"], 17.0),
+    setting(&JN2101, &["60A#2F43200001000000"], 47.0),
+    setting(&JN2101, &["60A#2F43200002000000"], 87.0),
+    setting(&JN2101, &["60A#2F43200003000000"], 407.0),
+    setting(&JN2101, &["60A#2F43200004000000"], 807.0),
+    // 84h and 85h
+    setting(
+        &TILTIX080,
+        &["5FC#0A1065018400", "5FC#0A106501850000"],
+        16.7,
+    ),
+    setting(
+        &TILTIX080,
+        &["5FC#0A1065018464", "5FC#0A106501850000"],
+        49.0,
+    ),
+    setting(
+        &TILTIX080,
+        &["5FC#0A10650184FA", "5FC#0A106501850000"],
+        14.2 + 0.35 * 250.0,
+    ),
+    setting(
+        &TILTIX080,
+        &["5FC#0A1065018400", "5FC#0A10650185DE03"],
+        84.0,
+    ),
 ];
 
 /// The largest difference in ms from the stated delay: the sensor for the PC and the image differ a little.
@@ -118,62 +226,73 @@ const TOLERANCE: f64 = 1.0;
 ///
 /// # Panics
 /// It is not.
-pub fn check(setting: Setting, measured: f64) {
-    let stated = setting.stated();
-    println!("{setting:?}: {measured:.2} ms, stated {stated:.2} ms");
+pub fn check(setting: &Setting, measured: f64) {
+    let Setting {
+        product,
+        writes,
+        stated,
+    } = setting;
+    let name = product.name;
+    println!("{name} {writes:?}: {measured:.2} ms, stated {stated:.2} ms");
     let error = measured - stated;
     assert!(
         error.abs() < TOLERANCE,
-        "{setting:?}: {measured} ms, stated {stated} ms"
+        "{name} {writes:?}: {measured} ms, stated {stated} ms"
     );
 }
 
-/// The mean delay in ms with a setting. `attach` attaches an IMS360 with blank memory.
+/// The mean delay in ms with a setting. `attach` attaches the product with blank memory.
 ///
 /// # Panics
 /// It does not answer.
-pub fn delay(setting: Setting, attach: impl FnOnce(&mut Bus, Box<dyn Motion>)) -> f64 {
+pub fn delay(setting: &Setting, attach: impl FnOnce(&mut Bus, Box<dyn Motion>)) -> f64 {
+    let product = setting.product;
+    let ramp = Ramp(product.ready);
     let mut bus = Bus::new(BusRate::Fixed(BitRate::K125));
-    attach(&mut bus, Box::new(Ramp));
+    attach(&mut bus, Box::new(ramp));
     let tester = bus.adapter();
     bus.open(tester, None, false);
-    run(&mut bus, millis(300));
-    let [low, high] = setting.cutoff.to_le_bytes();
-    write(
-        &mut bus,
-        tester,
-        [0x2F, 0x10, 0x31, 1, setting.kind, 0, 0, 0],
-    );
-    write(&mut bus, tester, [0x2B, 0x11, 0x31, 0, low, high, 0, 0]);
-    write(
-        &mut bus,
-        tester,
-        [0x2F, 0x10, 0x31, 2, setting.fuses.into(), 0, 0, 0],
-    );
-    let operational = Frame::data(standard(0), &[1, 50]).expect("two bytes");
-    bus.send(tester, operational);
-    bus.run_until(Instant::from_ticks((REQUESTS * 1e6) as u64));
+    bus.lead_detection();
+    run_until(&mut bus, product.ready - 0.7);
+    for request in product.start {
+        exchange(&mut bus, tester, request);
+    }
+    for request in setting.writes {
+        let replies = exchange(&mut bus, tester, request);
+        let written = replies.iter().any(|it| it.starts_with(product.written));
+        assert!(written, "{request}: {replies:?}");
+    }
+    for request in product.operate {
+        exchange(&mut bus, tester, request);
+    }
+    run_until(&mut bus, product.settled);
     bus.take_log();
     for _ in 0..NUMBER {
-        let request = Frame::remote(standard(TPDO), 8).expect("a DLC of 8");
-        bus.send(tester, request);
+        bus.send(tester, frame(product.request));
         run(&mut bus, PERIOD);
     }
+    let answer = standard(product.answer);
     let delays: Vec<f64> = bus
         .take_log()
         .into_iter()
-        .filter(|logged| logged.frame.id() == standard(TPDO) && !logged.frame.is_remote())
+        .filter(|logged| logged.frame.id() == answer && !logged.frame.is_remote())
         .map(|logged| {
-            let &[a, b, c, d, ..] = logged.frame.bytes() else {
-                panic!("{:?}", logged.frame)
-            };
-            let sent = f64::from(i32::from_le_bytes([a, b, c, d])) / 100.0;
+            let sent = number(&logged.frame.bytes()[product.place.clone()]) / 100.0;
             let time = logged.start as f64 / SECOND;
-            (angle(time) - sent) / SLOPE * 1e3
+            (ramp.angle(time) - sent) / SLOPE * 1e3
         })
         .collect();
     assert_eq!(delays.len(), NUMBER as usize);
     delays.iter().sum::<f64>() / f64::from(NUMBER)
+}
+
+/// A signed number, with the lowest byte first.
+fn number(bytes: &[u8]) -> f64 {
+    match *bytes {
+        [a, b] => i16::from_le_bytes([a, b]).into(),
+        [a, b, c, d] => i32::from_le_bytes([a, b, c, d]).into(),
+        _ => panic!("two or four bytes"),
+    }
 }
 
 fn run(bus: &mut Bus, time: Duration) {
@@ -181,13 +300,15 @@ fn run(bus: &mut Bus, time: Duration) {
     bus.run_until(end);
 }
 
-/// Writes an object.
-fn write(bus: &mut Bus, tester: AdapterId, request: [u8; 8]) {
+fn run_until(bus: &mut Bus, seconds: f64) {
+    bus.run_until(Instant::from_ticks((seconds * 1e6) as u64));
+}
+
+/// Sends a frame; returns the frames received within 20 ms.
+fn exchange(bus: &mut Bus, tester: AdapterId, request: &str) -> Vec<String> {
     bus.take_received(tester);
-    let frame = Frame::data(standard(SDO), &request).expect("eight bytes");
-    bus.send(tester, frame);
+    bus.send(tester, frame(request));
     run(bus, millis(20));
-    let replies = bus.take_received(tester);
-    let is_done = |(_, frame): &(Instant, Frame)| frame.bytes().first() == Some(&0x60);
-    assert!(replies.iter().any(is_done), "{request:02X?}: {replies:?}");
+    let text = |(_, frame): (Instant, Frame)| format!("{frame:?}");
+    bus.take_received(tester).into_iter().map(text).collect()
 }

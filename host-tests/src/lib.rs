@@ -4,7 +4,7 @@
 //! - [`fuzz`]: random input for a sensor
 //! - [`bit_rate`]: a sensor that detects the bit rate
 //! - [`calibrate`]: computes the calibration of a unit from a measurement and writes it into the store file of the unit
-//! - [`delay`]: the delay of the angle of an IMS360
+//! - [`delay`]: the delay of the angle
 //! - [`documents`]: the Markdown files beside the models
 //! - [`effort`]: the length of long tests
 //! - [`plots`]: the plots of the low-pass and of the Kalman filter

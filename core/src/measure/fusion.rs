@@ -40,8 +40,8 @@ use super::{I32x3, SAMPLE_PERIOD, saturated};
 use gain::gain;
 use rotation::{Vector, cross, rotated};
 
-/// The delay of the angle in us, from the motion to the start of a frame, as [`PATH_DELAY`](super::PATH_DELAY). Measured on a ramp: 5.6 ms
-/// with a sensor built for the PC, 6.7 ms with the image.
+/// The delay of the angle in us, from the motion to the start of a frame, as [`PATH_DELAY`](super::PATH_DELAY). Measured on a ramp: 5.5 ms
+/// with a sensor built for the PC, 6.9 ms with the image.
 pub const LAG: u32 = 6_300;
 
 /// The angular rate is limited to +-4096 deg/s: 0.36 rad in a sample period.

@@ -6,7 +6,7 @@ use stm32_sim::Microcontroller;
 
 #[test]
 fn delay_is_the_stated_one() {
-    for setting in [OFF, FUSION] {
+    for setting in [&OFF, &FUSION] {
         let measured = delay(setting, |bus, motion| {
             bus.attach(Microcontroller::new(
                 "ims360",
