@@ -239,6 +239,18 @@ mod tests {
     }
 
     #[test]
+    fn name_of_32_characters_is_permitted() {
+        assert_eq!(identifier(&"x".repeat(32)).len(), 32);
+    }
+
+    /// cantools, and the format itself, permit no longer name.
+    #[test]
+    #[should_panic(expected = "more than 32 characters")]
+    fn name_of_33_characters_is_refused() {
+        identifier(&"x".repeat(33));
+    }
+
+    #[test]
     fn filter_parameter_has_two_signals() {
         let text = database("is2");
         assert!(
