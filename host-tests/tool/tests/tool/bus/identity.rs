@@ -136,26 +136,62 @@ fn canopen_data_sheet_and_configuration_file_give_the_identity() {
     assert_eq!(unit.serial, None);
 }
 
+/// `ParameterValue` counts more than the values of the type.
+#[test]
+fn values_of_the_unit_in_a_configuration_file_give_the_identity() {
+    let dcf = "[DeviceInfo]\nVendorNumber=1\nProductNumber=2\nRevisionNumber=3\n\
+        [1008]\nDefaultValue=a\nParameterValue=A name\n\
+        [1009]\nDefaultValue=b\nParameterValue=H4\n\
+        [100A]\nDefaultValue=c\nParameterValue=S5\n\
+        [1018sub1]\nDefaultValue=1\nParameterValue=11\n\
+        [1018sub2]\nDefaultValue=2\nParameterValue=12\n\
+        [1018sub3]\nDefaultValue=3\nParameterValue=13\n\
+        [1018sub4]\nDefaultValue=4\nParameterValue=14\n\
+        [DeviceComissioning]\nLSS_SerialNumber=15\n";
+    let path = with("identity-unit.dcf", dcf);
+    for product in ["jn2101", "ims360"] {
+        let arguments = format!("--product {product} identity --from {}", path.display());
+        let expected = json!({
+            "vendor": 11,
+            "product-code": 12,
+            "revision": 13,
+            "serial": 14,
+            "name": "A name",
+            "hardware-version": "H4",
+            "software-version": "S5",
+        });
+        assert_eq!(done(&arguments)["identity"], expected, "{product}");
+    }
+}
+
 #[test]
 fn devicenet_data_sheet_gives_the_identity() {
+    let text = "[File]\nDescText = \"Old\";\nRevision = 9.9;\n\
+        [Device]\nVendCode = 11;\nVendName = \"Vendor\";\nProdType = 12;\nProdTypeStr = \"Type\";\n\
+        ProdCode = 13;\nMajRev = 4;\nMinRev = 7;\nProdName = \"Old one\";\nCatalog = \"Part\";\n";
+    let path = with("identity-old-devicenet.eds", text);
+    let from = |path: &Path| {
+        done(&format!(
+            "--product tiltix080 identity --from {}",
+            path.display()
+        ))
+    };
+    let expected = json!({
+        "vendor": 11,
+        "device-type": 12,
+        "product-code": 13,
+        "revision": "4.7",
+        "serial": null,
+        "name": "Old one",
+    });
+    assert_eq!(from(&path)["identity"], expected);
+    // The data sheet of the project gives the identity of the product.
     let text = descriptors::describe(find("tiltix080").unwrap()).text;
-    let eds = with(
-        "identity-tiltix.eds",
-        &text.replace("MinRev = 1", "MinRev = 7"),
-    );
-    let told = done(&format!(
-        "--product tiltix080 identity --from {}",
-        eds.display()
-    ));
-    let identity = &told["identity"];
-    assert_eq!(identity["vendor"], json!(354));
-    assert_eq!(identity["device-type"], json!(0));
-    assert_eq!(identity["name"], json!("INCLINOMETER 080 degree"));
-    assert_eq!(identity["serial"], Value::Null);
-    assert!(
-        identity["revision"].as_str().unwrap().contains('.'),
-        "{told}"
-    );
+    let own = &from(&with("identity-tiltix.eds", &text))["identity"];
+    assert_eq!(own["vendor"], json!(354));
+    assert_eq!(own["device-type"], json!(0));
+    assert_eq!(own["product-code"], json!(80));
+    assert_eq!(own["name"], json!("INCLINOMETER 080 degree"));
 }
 
 #[test]
