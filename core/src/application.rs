@@ -120,13 +120,13 @@ pub trait Values: Copy {
     /// The values before the first published ones; they are not used. If all bits are 0, they need no flash.
     const INITIAL: Self;
 
-    /// The number of quantities for which there is room.
+    /// The maximum number of quantities.
     const CAPACITY: usize = usize::MAX;
 
     /// The value of a quantity. A signed number is sign-extended to 32 bits. 0 for a quantity that the product does not have.
     fn number(&self, id: ValueId) -> u32;
 
-    /// The value of a quantity of 64 bits; unless a product says otherwise, its [number](Self::number) with sign.
+    /// The value of a quantity of 64 bits. The default is the [number](Self::number), sign-extended to 64 bits.
     fn wide(&self, id: ValueId) -> u64 {
         i64::from(self.number(id) as i32) as u64
     }

@@ -281,7 +281,8 @@ impl<
         let hardware = &mut self.hardware;
         hardware.has_events = true;
         if DETECTS && hardware.bit_time.is_none() {
-            // Before the step of the bus: if the controller can join the bus at the end of this frame, the step completes the join.
+            // This comes before the step of the bus. If the controller can join the bus at the end of this frame, the step completes the
+            // join.
             hardware.bit_time = hardware.bus.bit_time();
             hardware.ends_frame = hardware.bit_time.is_some();
         }

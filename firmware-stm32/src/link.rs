@@ -1,7 +1,7 @@
 //! The link of the node with the CAN controller, which the CAN interrupts and the main loop share.
 //!
-//! The receive interrupt passes a frame to the node and puts the answer into a mailbox at once, also while the main loop calculates
-//! or reads the accelerometer. Interrupts are masked only while one of both uses the link: each use is short.
+//! The receive interrupt passes a frame to the node and puts the answer into a mailbox at once, also while the main loop calculates or
+//! reads the accelerometer. Interrupts are masked only while the link is in use, which is short.
 
 use crate::can::mailboxes::Mailboxes;
 use crate::can::receive;

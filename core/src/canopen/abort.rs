@@ -31,7 +31,7 @@ pub enum Abort {
     NotMappable = 0x0604_0041,
     /// The mapped objects are too many or too long for the PDO.
     TooManyMapped = 0x0604_0042,
-    /// The value contradicts that of another object: a node is monitored twice.
+    /// The value is incompatible with another object: two entries monitor the same node.
     Incompatible = 0x0604_0043,
     /// Access failed because the nonvolatile memory failed.
     Hardware = 0x0606_0000,

@@ -31,7 +31,7 @@ pub trait Consumers {
     /// No node is monitored.
     const INITIAL: Self;
 
-    /// The entries.
+    /// All entries of 1016h, in the order of their sub-indices.
     fn all(&self) -> &[Consumer];
     /// The entries, to change them.
     fn all_mut(&mut self) -> &mut [Consumer];
@@ -80,7 +80,7 @@ pub struct Consumer {
 }
 
 impl Consumer {
-    /// Not used.
+    /// An entry that monitors no node.
     const OFF: Self = Self {
         node_id: 0,
         time: 0,

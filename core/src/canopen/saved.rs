@@ -1,4 +1,4 @@
-//! The contents of the nonvolatile memory, and what follows a running save.
+//! The contents of the nonvolatile memory, and the actions at the end of a running save.
 
 use super::product::{ParametersOf, Product};
 
@@ -27,14 +27,14 @@ impl Start {
     };
 }
 
-/// What the end of a save changes in RAM.
+/// The changes in RAM at the end of a save.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) enum End {
     /// The parameters in RAM stay.
     Nothing,
     /// If the save has failed, restores the previous values of the parameters that are stored on write.
     AtOnce,
-    /// What the own object at this place of the product does.
+    /// Calls the own object at this place of the product.
     Own(u8),
 }
 

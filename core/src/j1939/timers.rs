@@ -35,7 +35,7 @@ impl Timer {
         self.timer.poll(now)
     }
 
-    /// Ends sending.
+    /// Stops cyclic sending of the group.
     pub(super) fn stop(&mut self) {
         self.timer.stop();
     }

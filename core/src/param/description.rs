@@ -89,7 +89,7 @@ impl DataType {
         }
     }
 
-    /// The lowest and the highest value of a number of this type, as far as `i64` has them. Those of real numbers are whole numbers.
+    /// The lowest and the highest value of this type, limited to the range of `i64`. For real numbers they are whole numbers.
     pub const fn range(self) -> (i64, i64) {
         match self {
             Self::U64 => return (0, i64::MAX),
@@ -219,8 +219,7 @@ impl Parameter {
         }
     }
 
-    /// The same with a range of permitted numbers and a factory value, all as numbers without decimal point. Those of a real number are
-    /// whole numbers.
+    /// Sets the permitted range and the factory value, as numbers without a decimal point. For a real number they are whole numbers.
     pub const fn within(self, low: i64, high: i64, factory: i32) -> Self {
         let unused = 32_u32.saturating_sub(8 * self.data_type.size() as u32);
         Self {

@@ -60,7 +60,8 @@ impl Platform for Listener {
     fn restart(&mut self, _: u32) {}
 }
 
-/// The error comes after the bit time is read. The next frame has the same bit time: an error at the new bit rate would end it.
+/// The error comes after the read of the bit time. The next frame has the same bit time. If the error counted at the new bit rate, the node
+/// would leave this bit rate.
 #[test]
 fn error_at_old_bit_rate_does_not_count_at_measured_one() {
     let mut sensor = Is2::new(&is2::BP_CL, Instant::from_ticks(0), &Boot::default());

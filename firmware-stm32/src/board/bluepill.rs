@@ -141,8 +141,8 @@ impl Board {
     }
 }
 
-/// The clocks of the debug port run in sleep and stop mode. While a debugger halts the core, the watchdog stops, and the timer of the
-/// heater, which also disables its output (RM0008, DBGMCU_CR).
+/// The clocks of the debug port run in sleep and stop mode. While a debugger halts the core, the watchdog and the timer of the heater stop.
+/// The timer also disables its output (RM0008, DBGMCU_CR).
 ///
 /// The register is written whole. A program reads it as 0 (errata sheet ES096), so a change of single bits would clear those that a
 /// debugger has set.
@@ -171,7 +171,7 @@ fn start_watchdog(watchdog: &pac::IWDG) {
 
 /// Switches the clocks of the peripherals on.
 ///
-/// With the clock of the DMA controller, which is not used, the bus and the RAM have a clock while the core sleeps. Without this clock a
+/// The DMA controller is not used. But its clock keeps the clock of the bus and the RAM on while the core sleeps. Without this clock a
 /// debugger cannot read the RAM, which contains the log.
 fn switch_on(rcc: &pac::RCC) {
     // The clocks of RAM and flash in sleep mode stay on: they are the reset value.

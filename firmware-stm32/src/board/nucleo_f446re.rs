@@ -149,7 +149,7 @@ impl Board {
 
         let mut rcc = device.RCC.constrain();
         pac::PWR::enable(&mut rcc);
-        // With the clock of the DMA controller, which is not used, the bus and the RAM have a clock while the core sleeps, for a debugger.
+        // The DMA controller is not used. But its clock keeps the clock of the bus and the RAM on in sleep mode, for a debugger.
         rcc.ahb1enr().modify(|_, w| w.dma1en().set_bit());
         start_supply_monitor(&device.PWR);
         let gpioa = device.GPIOA.split(&mut rcc);
@@ -223,7 +223,7 @@ impl Board {
     }
 }
 
-/// The clocks of the debug port run in sleep and stop mode. While a debugger halts the core, the watchdog stops, and the timer of the heater.
+/// The clocks of the debug port run in sleep and stop mode. While a debugger halts the core, the watchdog and the timer of the heater stop.
 fn set_up_debugging(debug: &pac::DBGMCU) {
     debug.cr().write(|w| {
         w.dbg_sleep().set_bit().dbg_stop().set_bit();

@@ -46,7 +46,8 @@ impl Bus {
         warn!("the disturbed CAN controller is restored");
         set_phase(Phase::Off);
         transmit::abort_all();
-        // With the reset by RCC: in silent mode by a disturbance, the transmit output can have locked at the dominant level.
+        // RCC resets the controller: a disturbance can have set silent mode, in which the transmit output can stay dominant until such a
+        // reset.
         self.reset(true);
     }
 

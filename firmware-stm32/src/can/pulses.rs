@@ -60,7 +60,7 @@ impl Pulses {
         // SAFETY: these are valid values of the registers (RM0008, RM0390: general-purpose timers).
         unsafe {
             timer.psc().write(|w| w.bits(PRESCALER - 1));
-            // The reset value is 0 in the SVD, and FFFFh in some revisions of the manual. With 0 the counter does not count.
+            // The SVD has the reset value 0, some revisions of the manual have FFFFh. With 0 the timer does not count.
             timer.arr().write(|w| w.bits(0xFFFF));
             timer.egr().write(|w| w.bits(1));
             timer.cnt().write(|w| w.bits(FIRST_COUNT));

@@ -76,7 +76,7 @@ impl Registers {
         mailboxes.front().map(|mailbox| mailbox.frame)
     }
 
-    /// Removes all frames.
+    /// Removes all frames from the mailboxes.
     pub(super) fn clear(&self) {
         self.0.mailboxes.borrow_mut().clear();
     }

@@ -12,7 +12,7 @@ use object::{Object, ObjectSection, ObjectSymbol};
 pub struct Message {
     /// The text, with the places of the values.
     pub text: String,
-    /// Time and values.
+    /// The bytes of the time and of the values, as encoded by defmt.
     pub values: Vec<u8>,
 }
 

@@ -63,7 +63,7 @@ impl Silicon {
         }
     }
 
-    /// A GD32F103C8.
+    /// A GD32F103C8, a clone with a later core and a larger flash.
     pub fn gd32() -> Self {
         let genuine = Self::genuine(Chip::F103);
         Self {

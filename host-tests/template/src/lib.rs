@@ -26,7 +26,7 @@ impl Table for Mast {
 /// The measurement: the slope from the acceleration, and the mounting angle.
 pub struct Slope {
     inclinometer: Inclinometer,
-    /// In 0.01 deg.
+    /// The mounting angle in 0.01 deg.
     mounting: i32,
     values: Published<1>,
 }

@@ -89,7 +89,7 @@ pub fn each_image_without_accelerometer_starts_within_100_ms() {
     }
 }
 
-/// The accelerometer of a sensor built for the PC has its first reading when that of a board has it.
+/// The first reading of a sensor built for the PC comes at the same time as that of a board.
 #[test]
 fn image_and_sensor_built_for_the_pc_send_their_first_frame_at_the_same_time() {
     let rate = BitRate::K125;

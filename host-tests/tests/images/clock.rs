@@ -109,7 +109,7 @@ pub fn crystal_that_starts_after_a_second_is_used() {
     assert!(!rig.device().leds().error);
 }
 
-/// A Nucleo whose ST-LINK has no supply has no clock from there. If X3 is mounted, the second attempt starts it.
+/// Without supply, the ST-LINK of a Nucleo outputs no clock. The second attempt starts X3, if it is mounted.
 #[test]
 fn nucleo_without_usb_starts_with_its_crystal() {
     on_the_nucleo(|| {

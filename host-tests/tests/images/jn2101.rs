@@ -119,8 +119,8 @@ fn sensor_reset_is_answered_and_keeps_the_unsaved_node_id() {
     assert_eq!(bench.wait(200), ["70A#00"]);
 }
 
-/// A reply that is sent before the CAN controller changes its filters is not lost.
-/// Both leave one after the other, so two mailboxes have a frame.
+/// A reply that is sent before the CAN controller changes its filters is not lost. The sensor sends both replies one after the other, so
+/// two mailboxes have a frame.
 #[test]
 pub fn sync_is_answered_with_both_tpdos() {
     let mut bench = Bench::new(level(2500));

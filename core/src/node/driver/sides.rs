@@ -17,7 +17,7 @@ pub trait Side {
     /// The transmit mailboxes of the CAN controller.
     type Controller: Controller;
 
-    /// Uses the link.
+    /// Calls a function with the link. With two priorities, no interrupt uses the link meanwhile.
     fn link<R>(
         &mut self,
         f: impl FnOnce(&mut Link<'_, Self::Exchange, Self::Controller>) -> R,

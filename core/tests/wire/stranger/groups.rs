@@ -153,7 +153,7 @@ fn parameter_without_object_belongs_to_sub_index_4() {
     for (sub, counter) in [(1, 1), (2, 0), (3, 0), (4, 1), (5, 0)] {
         let mut t = booted();
         t.write(0x2100, 0, 1, 5).unwrap();
-        // A change of each group, so that each is stored.
+        // Changes a parameter of each group, so that each save stores something.
         change(&mut t);
         t.write(0x1010, sub, 4, SAVE).unwrap();
         let memory = t.memory.clone().unwrap();

@@ -26,7 +26,7 @@ const LOST_ARBITRATION: u32 = 1 << 2;
 const FAILED: u32 = 1 << 3;
 const RESULTS: u32 = COMPLETED | SUCCEEDED | LOST_ARBITRATION | FAILED;
 const ABORT: u32 = 1 << 7;
-/// CODE.
+/// CAN_TSR.CODE, the number of the next free mailbox.
 pub(super) const CODE: u32 = 0b11 << 24;
 
 /// The order in which the mailboxes are sent (CAN_MCR.TXFP).

@@ -40,7 +40,7 @@ pub fn silicon() -> Silicon {
     }
 }
 
-/// The thread can run other tests afterwards.
+/// Restores the default, because the thread can run other tests afterwards.
 struct Restore;
 
 impl Drop for Restore {

@@ -186,7 +186,7 @@ fn services(tables: &listing::canopen::Tables, is: impl Fn(Service) -> bool) -> 
     objects.map(|object| (object.index, object.sub)).collect()
 }
 
-/// The addresses of the own objects that start this with the number 1.
+/// The addresses of the own objects that start this action when 1 is written.
 fn commands(tables: &listing::canopen::Tables, wanted: Starts) -> impl Iterator<Item = (u16, u8)> {
     let objects = tables.objects.iter().filter(move |object| {
         matches!(object.target, ObjectTarget::Own(Use::Command(command)) if command.starts == wanted)

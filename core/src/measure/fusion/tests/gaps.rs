@@ -35,7 +35,7 @@ fn filter_corrects_rotation_in_a_gap_with_weight_of_100_samples() {
         ..Motion::REST
     };
     let outputs = turned.run(&mut fusion, 2.0);
-    // 1 - 2 / (n + 1) for n = 101 to 500; the gain at rest would leave 2.8 deg.
+    // The product of 1 - 2 / (n + 1) for n = 101 to 500. With the steady-state gain, an error of 2.8 deg would remain.
     let error = outputs[399].error.abs();
     let expected = 10.0 * (100.0 * 101.0) / (500.0 * 501.0);
     assert!((error - expected).abs() < 0.03, "{error} deg");
