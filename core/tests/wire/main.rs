@@ -7,7 +7,6 @@ mod fsc;
 mod halves;
 mod j1939;
 mod one_application;
-mod own_rows;
 mod starting;
 mod stranger;
 mod tester;

@@ -296,3 +296,28 @@ fn reset_type_1_mends_an_unusable_memory() {
         assert_eq!(tester.exchange("5FC#0A0E010105"), ["5FB#0A8E0100"]);
     }
 }
+
+#[test]
+fn own_attribute_is_read_written_and_stored_by_its_functions() {
+    let mut tester = allocated(0);
+    for (request, response) in [
+        ("0E660101", "8E01"),
+        // X is 1234.
+        ("0E660102", "8ED304"),
+        // 250, and more than the parameter can have.
+        ("1066010119", "90"),
+        ("0E660101", "8E19"),
+        ("0E650171", "8EFA00"),
+        ("1066010165", "9409FF"),
+        ("0E660101", "8E19"),
+        ("106601020000", "940EFF"),
+    ] {
+        assert_eq!(tester.explicit(request), response, "{request}");
+    }
+    tester.wait(400);
+    let stored = tester.memory.as_deref();
+    assert_eq!(
+        stored,
+        Some(&[3, 0, 0, 103, 103, 0, 250, 0, 0xFD, 0xFF, 0, 0][..])
+    );
+}

@@ -35,7 +35,7 @@ const ANGLE: &[u8] = &[
 ];
 
 /// The objects of a node with explicit, poll and COS connections. The message router (class 2) has no service.
-const OBJECTS: [Object; 16] = [
+const OBJECTS: [Object; 18] = [
     read_only(1, 0, &[1]),
     read_only(1, 1, &[1, 2, 3, 4, 5, 6, 7]),
     read_only(3, 0, &[1]),
@@ -64,6 +64,8 @@ const OBJECTS: [Object; 16] = [
             (0x88, 1),
         ],
     ),
+    read_only(0x66, 0, &[1]),
+    object(0x66, 1, &[1, 2], &[(1, 1)]),
 ];
 
 const ROUTER: [(u8, u8); 2] = [(2, 0), (2, 1)];
@@ -208,6 +210,7 @@ fn accepts(address: &str, value: u8) -> bool {
         "2B0102" => true,
         "650181" | "650182" => (101..=103).contains(&value),
         "650188" => value <= 200,
+        "660101" => value <= 100,
         _ => panic!("{address}"),
     }
 }
@@ -216,7 +219,7 @@ fn accepts(address: &str, value: u8) -> bool {
 fn byte_takes_exactly_its_values() {
     let mut tester = allocated(0);
     for address in [
-        "030102", "030103", "05010C", "2B0102", "650181", "650182", "650188",
+        "030102", "030103", "05010C", "2B0102", "650181", "650182", "650188", "660101",
     ] {
         let mut present = tester.explicit(&format!("0E{address}"));
         for value in 0..=255 {

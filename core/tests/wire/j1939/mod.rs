@@ -12,6 +12,7 @@ mod objects;
 mod parameters;
 mod process_data;
 mod requests;
+mod standalone;
 mod switching;
 mod transport;
 mod values;

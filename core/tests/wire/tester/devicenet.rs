@@ -12,16 +12,23 @@
 //! | 7Ah                | Y of the specific force in 0.001 g                          | I16  | get    |
 //! | 81h, 82h           | the assemblies of poll and of COS/cyclic                    | U8   | set    |
 //! | 88h                | the COS delta                                               | U8   | set    |
+//!
+//! The attributes of 66h/1 have functions of their own:
+//!
+//! | attribute of 66h/1 | contents                                                    | type | access |
+//! |--------------------|-------------------------------------------------------------|------|--------|
+//! | 01h                | the parameter of 71h, in tens                               | U8   | set    |
+//! | 02h                | X of the specific force in 0.001 g, plus 1                  | I16  | get    |
 
 use super::Tester;
 use super::canopen::frame;
 use plumbline::application::Effect;
 use plumbline::can::BitRate;
 use plumbline::devicenet::{
-    Assembly, Attribute, DevicenetNode, Identity, Object, Product, Roles, Source,
+    Assembly, Attribute, DevicenetNode, Identity, Object, Own, Product, Roles, Source,
 };
 use plumbline::measure::ONE_G;
-use plumbline::node::Boot;
+use plumbline::node::{Boot, Context};
 use plumbline::param::{Coding, Persistence, Refused};
 use plumbline::prelude::*;
 
@@ -184,12 +191,32 @@ impl Product for Level {
         cyclic_assembly: id::CYCLIC,
         cos_delta: id::DELTA,
     };
-    const OBJECTS: &'static [Object] = &[Object {
-        class: 0x65,
-        name: "Force",
-        revision: 3,
-        attributes: ATTRIBUTES,
-    }];
+    const OBJECTS: &'static [Object] = &[
+        Object {
+            class: 0x65,
+            name: "Force",
+            revision: 3,
+            attributes: ATTRIBUTES,
+        },
+        Object {
+            class: 0x66,
+            name: "Own",
+            revision: 1,
+            attributes: &[
+                attribute(1, Source::Own(DataType::U8), true),
+                attribute(2, Source::Own(DataType::I16), false),
+            ],
+        },
+    ];
+    const OWN: &'static [Own<Force>] = &[
+        Own {
+            class: 0x66,
+            attribute: 1,
+            read: |node| node.parameters.get(id::NUMBER) / 10,
+            write: set_tens,
+        },
+        Own::read_only(0x66, 2, |node| node.values.number(X) + 1),
+    ];
     const ASSEMBLIES: &'static [Assembly] = &[
         Assembly {
             instance: 101,
@@ -213,6 +240,11 @@ impl Product for Level {
     fn distance(_: &Parameters<Level>, one: u16, other: u16) -> u16 {
         (one as i16).abs_diff(other as i16)
     }
+}
+
+/// Sets the parameter of 71h, in tens.
+fn set_tens(node: &mut Context<Force>, tens: u32) -> Result<(), Refused> {
+    node.write(id::NUMBER, tens * 10).map(drop)
 }
 
 /// A DeviceNet node under test.
