@@ -13,13 +13,16 @@ use super::saved::Saved;
 use super::sdo::Server;
 use crate::application::{Application, Faults, Values};
 use crate::can::{BitRate, CanId, Filter, Frame};
-use crate::node::{BusChange, BusState, Context, Patterns, Protocol};
+use crate::node::{BusChange, BusState, CanNode, Context, Patterns, Protocol, Restore};
 use crate::param::Setting;
-use crate::store::StoreError;
+use crate::store::{ImageId, StoreError};
 use crate::time::{Deadline, Instant, Periodic};
 
 /// The part of the node of product `P` that the protocol can access.
 pub(super) type ContextOf<P> = Context<<P as Product>::Application>;
+
+/// A node of product `P` with the CANopen protocol.
+pub type CanopenNode<P> = CanNode<<P as Product>::Application, Canopen<P>>;
 
 /// The CANopen protocol for product `P`.
 pub struct Canopen<P: Product> {
@@ -90,21 +93,6 @@ impl<P: Product> Canopen<P> {
     /// Whether layer setting services (CiA 305) are supported.
     pub const LSS: bool = P::Lss::PRESENT;
 
-    /// Takes the stored parameters. `damaged`: the stored record is damaged or not usable.
-    pub(crate) fn restored(&mut self, parameters: &mut ParametersOf<P>, damaged: bool) {
-        let services = &mut self.services;
-        services.saved.parameters = *parameters;
-        services.emergency.start(Services::<P>::FAULTS);
-        services.begin(parameters);
-        P::adapt(&mut services.own, parameters, true);
-        services.select_protocol(parameters);
-        if damaged {
-            services
-                .emergency
-                .update(Services::<P>::MEMORY, Services::<P>::MEMORY);
-        }
-    }
-
     /// Sends the next segment of a block upload when all other frames have left the queue, so that they do not wait for it.
     fn stream(&mut self, cx: &mut ContextOf<P>, now: Instant) {
         if self.sdo.is_streaming() && cx.shell.is_online() && !cx.shell.is_sending() {
@@ -129,6 +117,25 @@ impl<P: Product> Canopen<P> {
                 self.enter(cx, now, State::PreOperational);
             }
             _ => {}
+        }
+    }
+}
+
+impl<P: Product> Restore for Canopen<P> {
+    type Application = P::Application;
+    const IMAGE: ImageId = P::IMAGE;
+
+    fn restored(&mut self, parameters: &mut ParametersOf<P>, damaged: bool) {
+        let services = &mut self.services;
+        services.saved.parameters = *parameters;
+        services.emergency.start(Services::<P>::FAULTS);
+        services.begin(parameters);
+        P::adapt(&mut services.own, parameters, true);
+        services.select_protocol(parameters);
+        if damaged {
+            services
+                .emergency
+                .update(Services::<P>::MEMORY, Services::<P>::MEMORY);
         }
     }
 }

@@ -20,7 +20,6 @@ mod explicit;
 mod fragment;
 pub mod identifiers;
 mod leds;
-mod node;
 mod objects;
 mod production;
 pub mod projection;
@@ -31,6 +30,5 @@ pub mod table;
 
 pub use allocation::choice;
 pub use explicit::{general, service};
-pub use node::DevicenetNode;
-pub use protocol::Devicenet;
+pub use protocol::{Devicenet, DevicenetNode};
 pub use table::{Assembly, Attribute, Identity, Object, Own, Product, Roles, Source};

@@ -11,9 +11,9 @@ use super::saving::Saving;
 use super::table::Product;
 use crate::application::{Application, Faults, Values};
 use crate::can::{BitRate, CanId, Filter, Frame};
-use crate::node::{BusChange, BusState, Context, Protocol};
+use crate::node::{BusChange, BusState, CanNode, Context, Protocol, Restore};
 use crate::param::{Parameters, meaning};
-use crate::store::StoreError;
+use crate::store::{ImageId, StoreError};
 use crate::time::{Deadline, Instant};
 use core::marker::PhantomData;
 
@@ -36,6 +36,9 @@ pub(super) enum Leaving {
     /// The node restarts when its parameters are stored.
     Restart,
 }
+
+/// A node of product `P` with the DeviceNet protocol.
+pub type DevicenetNode<P> = CanNode<<P as Product>::Application, Devicenet<P>>;
 
 /// The DeviceNet protocol for product `P`.
 pub struct Devicenet<P: Product> {
@@ -68,14 +71,6 @@ pub struct Devicenet<P: Product> {
 }
 
 impl<P: Product> Devicenet<P> {
-    /// Takes the stored parameters. `damaged`: the stored record is damaged or not usable.
-    pub(super) fn restored(&mut self, parameters: &ParametersOf<P>, damaged: bool) {
-        self.saving.start(parameters, damaged);
-        self.handler = AcknowledgeHandler::DEFAULT;
-        let code = parameters.get(P::ROLES.baud_rate);
-        self.rate = meaning(P::ROLES.bit_rates, code).unwrap_or(BitRate::K125);
-    }
-
     /// Queues a frame of group 2.
     pub(super) fn send(&self, cx: &mut ContextOf<P>, message: u16, data: u64, length: u8) {
         let id = CanId::standard(group_2_id(self.mac, message));
@@ -115,6 +110,18 @@ impl<P: Product> Devicenet<P> {
             cx.shell.show(patterns);
         }
         self.earliest.consider(self.leds.deadline());
+    }
+}
+
+impl<P: Product> Restore for Devicenet<P> {
+    type Application = P::Application;
+    const IMAGE: ImageId = P::IMAGE;
+
+    fn restored(&mut self, parameters: &mut ParametersOf<P>, damaged: bool) {
+        self.saving.start(parameters, damaged);
+        self.handler = AcknowledgeHandler::DEFAULT;
+        let code = parameters.get(P::ROLES.baud_rate);
+        self.rate = meaning(P::ROLES.bit_rates, code).unwrap_or(BitRate::K125);
     }
 }
 

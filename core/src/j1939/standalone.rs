@@ -4,7 +4,7 @@ use super::product::{ContextOf, ParametersOf, Product};
 use super::protocol::J1939;
 use super::timers::Timers;
 use crate::can::{Filter, Frame};
-use crate::node::{Boot, BusChange, BusState, CanNode, Protocol};
+use crate::node::{BusChange, BusState, CanNode, Protocol, Restore};
 use crate::store::{ImageId, StoreError};
 use crate::time::{Deadline, Instant};
 
@@ -20,23 +20,12 @@ pub struct Standalone<P: Product> {
 /// A node of product `P` with the J1939 protocol.
 pub type J1939Node<P> = CanNode<<P as Product>::Application, Standalone<P>>;
 
-impl<P: Product> CanNode<P::Application, Standalone<P>> {
-    /// The identification of the stored images of this product.
-    pub const IMAGE: ImageId = P::IMAGE;
+impl<P: Product> Restore for Standalone<P> {
+    type Application = P::Application;
+    const IMAGE: ImageId = P::IMAGE;
 
-    /// A node after power-up or a restart. If the stored parameters are not usable, it has the factory values and the memory
-    /// fault is active.
-    pub fn new(now: Instant, boot: &Boot) -> Self {
-        let mut node = Self::INITIAL;
-        node.start(now, boot);
-        node
-    }
-
-    /// Starts an [`INITIAL`](Self::INITIAL) node in place.
-    pub fn start(&mut self, now: Instant, boot: &Boot) {
-        self.start_with(now, boot, |_, protocol, _, damaged| {
-            protocol.memory = damaged;
-        });
+    fn restored(&mut self, _: &mut ParametersOf<P>, damaged: bool) {
+        self.memory = damaged;
     }
 }
 

@@ -5,7 +5,7 @@
 use crate::can::{CanId, Filter, Frame};
 use crate::canopen::{self, Canopen};
 use crate::j1939::{self, J1939, Proprietary, Timers};
-use crate::node::{Boot, BusChange, CanNode, Context, Protocol};
+use crate::node::{BusChange, CanNode, Context, Protocol, Restore};
 use crate::param::Parameters;
 use crate::store::{ImageId, StoreError};
 use crate::time::{Deadline, Instant};
@@ -39,23 +39,12 @@ type ParametersOf<P> = Parameters<<ApplicationOf<P> as crate::application::Appli
 /// A node of product `P` with both protocols.
 pub type DualNode<P> = CanNode<ApplicationOf<P>, CanopenOrJ1939<P>>;
 
-impl<P: Both> CanNode<ApplicationOf<P>, CanopenOrJ1939<P>> {
-    /// The identification of the stored images of this product.
-    pub const IMAGE: ImageId = <P as canopen::Product>::IMAGE;
+impl<P: Both> Restore for CanopenOrJ1939<P> {
+    type Application = ApplicationOf<P>;
+    const IMAGE: ImageId = <P as canopen::Product>::IMAGE;
 
-    /// A node after power-up or a restart. If the stored parameters are not usable, it has the factory values and the memory
-    /// fault is active.
-    pub fn new(now: Instant, boot: &Boot) -> Self {
-        let mut node = Self::INITIAL;
-        node.start(now, boot);
-        node
-    }
-
-    /// Starts an [`INITIAL`](Self::INITIAL) node in place.
-    pub fn start(&mut self, now: Instant, boot: &Boot) {
-        self.start_with(now, boot, |_, protocol, parameters: &mut _, damaged| {
-            protocol.canopen.restored(parameters, damaged);
-        });
+    fn restored(&mut self, parameters: &mut ParametersOf<P>, damaged: bool) {
+        self.canopen.restored(parameters, damaged);
     }
 }
 

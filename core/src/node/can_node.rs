@@ -2,7 +2,7 @@
 
 use super::driver::{Reach, Round};
 use super::shell::cause;
-use super::{Acquisition, Action, Boot, BusEvent, Communication, Node, Protocol};
+use super::{Acquisition, Action, Boot, BusEvent, Communication, Node, Protocol, Restore};
 use crate::application::{Application, Readout};
 use crate::can::{Filter, Frame};
 use crate::measure::Reading;
@@ -99,6 +99,26 @@ impl<A: Application, P: Protocol<A>> CanNode<A, P> {
         if P::DETECTS && protocol.detects(&context.parameters) {
             context.shell.detect();
         }
+    }
+}
+
+impl<P: Restore> CanNode<P::Application, P> {
+    /// The identification of the stored images of its product.
+    pub const IMAGE: ImageId = P::IMAGE;
+
+    /// A node after power-up or a restart. If the stored parameters are not usable, it has the factory values and the memory
+    /// fault is active.
+    pub fn new(now: Instant, boot: &Boot) -> Self {
+        let mut node = Self::INITIAL;
+        node.start(now, boot);
+        node
+    }
+
+    /// Starts an [`INITIAL`](Self::INITIAL) node in place.
+    pub fn start(&mut self, now: Instant, boot: &Boot) {
+        self.start_with(now, boot, |_, protocol, parameters, damaged| {
+            protocol.restored(parameters, damaged);
+        });
     }
 }
 

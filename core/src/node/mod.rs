@@ -23,7 +23,7 @@ pub use autobaud::{Autobaud, BitTime};
 pub use can_node::{CanNode, Divided, Halves};
 pub use communication::{Communication, Task};
 pub use led::{Channels, ErrorPatterns, Indicator, Leds, Pattern, Patterns};
-pub use protocol::{BusChange, Context, Protocol};
+pub use protocol::{BusChange, Context, Protocol, Restore};
 pub use pulse_meter::PulseMeter;
 pub use queue::TransmitQueue;
 pub use shell::{NodeState, Shell};

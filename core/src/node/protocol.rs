@@ -5,7 +5,7 @@ use super::shell::cause;
 use crate::application::{Application, Effect};
 use crate::can::{Filter, Frame};
 use crate::param::{ParameterId, Parameters, Refused, Table};
-use crate::store::StoreError;
+use crate::store::{ImageId, StoreError};
 use crate::time::{Deadline, Instant};
 
 /// The part of a node that its protocol can access.
@@ -171,4 +171,20 @@ pub trait Protocol<A: Application>: Sized {
 
     /// Calls `accept` for each acceptance filter in force.
     fn filters(&self, cx: &Context<A>, accept: &mut dyn FnMut(Filter));
+}
+
+/// A protocol that starts with the stored parameters alone. Its node has [`CanNode::new`](super::CanNode::new) and
+/// [`CanNode::start`](super::CanNode::start).
+pub trait Restore: Protocol<<Self as Restore>::Application> {
+    /// The application of its product.
+    type Application: Application;
+    /// The identification of the stored images of its product.
+    const IMAGE: ImageId;
+
+    /// Takes the stored parameters. `damaged`: the stored record is damaged or not usable, so they have their factory values.
+    fn restored(
+        &mut self,
+        parameters: &mut Parameters<<Self::Application as Application>::Table>,
+        damaged: bool,
+    );
 }
