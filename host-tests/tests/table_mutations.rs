@@ -25,7 +25,6 @@ const fn swap(file: &'static str, texts: [&'static str; 2]) -> Swap {
 
 const FUNCTIONS: &str = "gemac/functions.rs";
 const GEMAC: &str = "gemac/parameters.rs";
-const IS1: &str = "gemac/is1.rs";
 const IS2: &str = "gemac/is2.rs";
 const OBJECTS: &str = "jn2101/objects.rs";
 const JN2101: &str = "jn2101/parameters.rs";
@@ -54,8 +53,12 @@ const SWAPS: &[Swap] = &[
         ],
     ),
     swap(FUNCTIONS, ["reply_id: id::", "sync_id: id::"]),
-    swap(IS1, ["        CYCLIC_TIME,\n", "        CYCLIC_MODE,\n"]),
-    swap(IS2, ["        SYNC_ID,\n", "        BAUD_RATE,\n"]),
+    swap(GEMAC, ["\n    CYCLIC_TIME,", "\n    CYCLIC_MODE,"]),
+    swap(GEMAC, ["\n    SYNC_ID,", "\n    BAUD_RATE,"]),
+    swap(
+        IS2,
+        ["signed_offset(id::ZERO_X", "signed_offset(id::ZERO_Y"],
+    ),
     swap(
         OBJECTS,
         [

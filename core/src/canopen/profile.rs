@@ -17,40 +17,11 @@ use crate::param::{
 #[macro_export]
 macro_rules! objects {
     ($($part:expr),* $(,)?) => {
-        &$crate::canopen::profile::join::<
+        &$crate::param::join::join::<
             $crate::canopen::dictionary::Object,
             { 0 $(+ $part.len())* },
         >(&[$(&$part),*], $crate::canopen::dictionary::Object::PLAIN)
     };
-}
-
-/// Joins arrays of parameters, one table from several.
-#[macro_export]
-macro_rules! parameters {
-    ($($part:expr),* $(,)?) => {
-        &$crate::canopen::profile::join::<
-            $crate::param::Parameter,
-            { 0 $(+ $part.len())* },
-        >(&[$(&$part),*], $crate::param::Parameter::PLAIN)
-    };
-}
-
-/// Joins slices to one array with as many elements as all of them have; `filler` is overwritten.
-#[allow(clippy::indexing_slicing)] // evaluated at compile time only
-pub const fn join<T: Copy, const N: usize>(parts: &[&[T]], filler: T) -> [T; N] {
-    let mut joined = [filler; N];
-    let (mut place, mut part) = (0, 0);
-    while part < parts.len() {
-        let mut row = 0;
-        while row < parts[part].len() {
-            joined[place] = parts[part][row];
-            place += 1;
-            row += 1;
-        }
-        part += 1;
-    }
-    assert!(place == N, "the table has another number of rows");
-    joined
 }
 
 mod dynamic;

@@ -40,6 +40,8 @@
 mod coding;
 mod description;
 pub mod ids;
+#[doc(hidden)]
+pub mod join;
 pub mod projection;
 mod real;
 mod row;

@@ -2,11 +2,11 @@
 
 use super::{
     ERROR_REGISTER, SERVER_SDO, cob_id, device_type, emcy_cob_id, emcy_inhibit_time, error_history,
-    guard_time, heartbeat_time, highest, identity, join, life_time_factor, service, sync_cob_id,
-    text,
+    guard_time, heartbeat_time, highest, identity, life_time_factor, service, sync_cob_id, text,
 };
 use crate::canopen::dictionary::{Access, Object, Service};
 use crate::mistake::Mistake;
+use crate::param::join::join;
 use crate::param::{DataType, Parameter, ParameterId};
 
 /// What differs between the products in [`standard`].

@@ -226,9 +226,3 @@ fn only_values_can_be_mapped() {
 fn mapping_with_another_number_of_rows_is_refused() {
     let _: [Object; 3] = mapping(0, "", &[("slope", entry(0x6010, 0, 16))]);
 }
-
-#[test]
-#[should_panic = "another number of rows"]
-fn join_to_another_number_of_rows_is_refused() {
-    let _: [u8; 3] = join(&[&[1], &[2]], 0);
-}

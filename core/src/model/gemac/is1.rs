@@ -18,18 +18,8 @@ pub struct OneAxis;
 pub type Is1 = FscNode<OneAxis>;
 
 impl Table for OneAxis {
-    const PARAMETERS: &'static [Parameter] = &[
-        SET_ID,
-        REPLY_ID,
-        SYNC_ID,
-        BAUD_RATE,
-        BUS_OFF_RECOVERY,
-        CYCLIC_TIME,
-        CYCLIC_MODE,
-        CUT_OFF,
-        FILTER_TYPE,
-        unsigned_offset(id::ZERO_X, "Zero Offset"),
-    ];
+    const PARAMETERS: &'static [Parameter] =
+        crate::parameters![COMMON, [unsigned_offset(id::ZERO_X, "Zero Offset")]];
     const CONSTRAINTS: &'static [Constraint] = parameters::CONSTRAINTS;
     crate::project!(parameters);
 }

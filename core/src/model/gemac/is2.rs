@@ -20,18 +20,12 @@ pub struct TwoAxes;
 pub type Is2 = FscNode<TwoAxes>;
 
 impl Table for TwoAxes {
-    const PARAMETERS: &'static [Parameter] = &[
-        SET_ID,
-        REPLY_ID,
-        SYNC_ID,
-        BAUD_RATE,
-        BUS_OFF_RECOVERY,
-        CYCLIC_TIME,
-        CYCLIC_MODE,
-        CUT_OFF,
-        FILTER_TYPE,
-        signed_offset(id::ZERO_X, "Zero Offset X"),
-        signed_offset(id::ZERO_Y, "Zero Offset Y"),
+    const PARAMETERS: &'static [Parameter] = crate::parameters![
+        COMMON,
+        [
+            signed_offset(id::ZERO_X, "Zero Offset X"),
+            signed_offset(id::ZERO_Y, "Zero Offset Y")
+        ]
     ];
     const CONSTRAINTS: &'static [Constraint] = parameters::CONSTRAINTS;
     crate::project!(parameters);

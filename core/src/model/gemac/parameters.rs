@@ -164,6 +164,19 @@ pub const FILTER_TYPE: Parameter = Parameter {
     ..Parameter::PLAIN
 };
 
+/// The parameters that all sensors have, in the order of their ids.
+pub(super) const COMMON: [Parameter; 9] = [
+    SET_ID,
+    REPLY_ID,
+    SYNC_ID,
+    BAUD_RATE,
+    BUS_OFF_RECOVERY,
+    CYCLIC_TIME,
+    CYCLIC_MODE,
+    CUT_OFF,
+    FILTER_TYPE,
+];
+
 /// A zero offset of -90 to +90 deg (2-axis sensors).
 pub(super) const fn signed_offset(id: ParameterId, name: &'static str) -> Parameter {
     Parameter {
