@@ -4,6 +4,10 @@
 //! `-z`), the averaged raw acceleration and angular rate in that position, and the temperature. Without a gyroscope there are no columns
 //! of the rate. Six rows make a set; a second set at another temperature (at least 5 K apart) gives the temperature drift. The formulas are those of [`plumbline::measure::calibration`].
 
+mod units;
+
+pub use units::Units;
+
 use plumbline::measure::calibration::{Calibration, OFFSET_ONE_G};
 use std::fmt::{self, Display, Formatter};
 

@@ -2,7 +2,7 @@
 
 use clap::Parser;
 use clap::builder::PossibleValuesParser;
-use host_tests::calibrate::calibration;
+use host_tests::calibrate::{Units, calibration};
 use host_tests::store_file;
 use plumbline::model::catalog::{PRODUCTS, find};
 use std::path::PathBuf;
@@ -46,6 +46,12 @@ fn run(options: &Options) -> Result<(), String> {
     let calibration = calibration(&name, &text)?;
     let product = find(&options.model).ok_or("there is no such product")?;
     store_file::calibrate(product.owner(options.serial), &calibration, &options.store)?;
-    println!("{calibration:?}");
+    println!("{}", Units::from(&calibration));
+    println!(
+        "The calibration of {} with serial number {} is in {}.",
+        product.name,
+        options.serial,
+        options.store.display()
+    );
     Ok(())
 }

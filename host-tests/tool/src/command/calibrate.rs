@@ -12,11 +12,10 @@ use crate::client::stopped;
 use crate::failure::Failure;
 use crate::identify;
 use crate::output::Terminal;
-use host_tests::calibrate::{Side, calibration as computed};
+use host_tests::calibrate::{Side, Units, calibration as computed};
 use host_tests::store_file;
 use measurement::Measurement;
 use plumbline::measure::calibration::Calibration;
-use plumbline::measure::calibration::OFFSET_ONE_G;
 use serde_json::{Value, json};
 use std::path::Path;
 use std::time::{Duration, Instant};
@@ -70,7 +69,7 @@ pub(super) fn calibrate(
     }
     let source = (!log.is_empty()).then(|| Source::Command(log.to_vec()));
     let done = run(path, source.as_ref(), unit, &mut Asks::new(terminal))?;
-    show(&done.calibration, terminal)?;
+    terminal.line(Units::from(&done.calibration).to_string())?;
     terminal.note(&done.next);
     terminal.document(&done.document())
 }
@@ -86,14 +85,13 @@ impl Done {
     /// The numbers: the offset in mg, the deviation of the response from 1, the drift in mg/K, the zero rate in deg/s, its drift in
     /// deg/s/K.
     pub fn document(&self) -> Value {
-        let (offset, deviation, drift) = numbers(&self.calibration);
-        let [zero, zero_drift] = zero_rate(&self.calibration);
+        let units = Units::from(&self.calibration);
         json!({
-            "offset_mg": offset,
-            "deviation": deviation,
-            "drift_mg_per_k": drift,
-            "zero_rate_dps": zero,
-            "zero_rate_drift_dps_per_k": zero_drift,
+            "offset_mg": units.offset,
+            "deviation": units.deviation,
+            "drift_mg_per_k": units.drift,
+            "zero_rate_dps": units.zero_rate,
+            "zero_rate_drift_dps_per_k": units.zero_rate_drift,
         })
     }
 }
@@ -141,45 +139,6 @@ pub fn run(
         store.display()
     );
     Ok(Done { calibration, next })
-}
-
-/// The offset in mg, the deviation of the response from 1, the drift in mg/K.
-fn numbers(calibration: &Calibration) -> ([f64; 3], [[f64; 3]; 3], [f64; 3]) {
-    let (offset, deviation, drift) = calibration.numbers();
-    (
-        offset.map(|value| f64::from(value) / f64::from(OFFSET_ONE_G) * 1e3),
-        deviation.map(|row| row.map(|value| f64::from(value) / 262_144.0)),
-        drift.map(|value| f64::from(value) / 16_777_216.0 * 1e3),
-    )
-}
-
-/// The zero rate in deg/s, and its drift in deg/s/K.
-fn zero_rate(calibration: &Calibration) -> [[f64; 3]; 2] {
-    let (zero, drift) = calibration.zero_rate();
-    [
-        zero.map(|value| f64::from(value) / 4096.0),
-        drift.map(|value| f64::from(value) / 1_048_576.0),
-    ]
-}
-
-/// Prints the numbers of a calibration.
-fn show(calibration: &Calibration, terminal: &mut Terminal) -> Result<(), Failure> {
-    let ([x, y, z], deviation, drift) = numbers(calibration);
-    terminal.line(format!("offset  x {x:.3} mg, y {y:.3} mg, z {z:.3} mg"))?;
-    for (axis, [x, y, z]) in ["x", "y", "z"].iter().zip(deviation) {
-        terminal.line(format!("correction of {axis}  {x:+.6} {y:+.6} {z:+.6}"))?;
-    }
-    let [x, y, z] = drift;
-    terminal.line(format!(
-        "drift  x {x:.4} mg/K, y {y:.4} mg/K, z {z:.4} mg/K"
-    ))?;
-    let [[x, y, z], [dx, dy, dz]] = zero_rate(calibration);
-    terminal.line(format!(
-        "zero rate  x {x:.3} deg/s, y {y:.3} deg/s, z {z:.3} deg/s"
-    ))?;
-    terminal.line(format!(
-        "drift of the zero rate  x {dx:.5} deg/s/K, y {dy:.5} deg/s/K, z {dz:.5} deg/s/K"
-    ))
 }
 
 /// Leads through the positions.
