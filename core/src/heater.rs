@@ -20,7 +20,7 @@ pub const PERIOD: Duration = millis(200);
 /// The duty at full power, in permille.
 pub const FULL: u16 = 1000;
 
-/// Periods per second.
+/// The number of [`PERIOD`]s in a second.
 const RATE: u32 = 5;
 
 /// The low-pass of the derivative term has a time constant of 2^SMOOTHING periods.
@@ -83,7 +83,7 @@ pub struct Heater {
     close_for: u32,
     /// The temperature was steady before a restart: it is steady again at the next temperature within the tolerance.
     was_steady: bool,
-    /// The duty in permille.
+    /// The last output, in permille of the full power.
     duty: u16,
 }
 
@@ -286,7 +286,7 @@ impl HeatedCell {
         self.heater.enable(on);
     }
 
-    /// The heater.
+    /// The controller, for its state and its duty.
     pub const fn heater(&self) -> &Heater {
         &self.heater
     }

@@ -1,4 +1,4 @@
-//! Short texts.
+//! Texts of a few bytes without a heap, for names and numbers in messages.
 
 /// A text of up to `N` bytes.
 pub type Text<const N: usize> = heapless::Vec<u8, N>;

@@ -10,7 +10,7 @@ pub use periodic::Periodic;
 /// A point in time, in microseconds since power-up.
 pub type Instant = fugit::Instant<u64, 1, 1_000_000>;
 
-/// A duration in microseconds.
+/// A time between two [`Instant`]s, in microseconds.
 pub type Duration = fugit::Duration<u64, 1, 1_000_000>;
 
 /// A duration of `ms` milliseconds.
@@ -44,7 +44,7 @@ pub fn earlier(a: Option<Instant>, b: Option<Instant>) -> Option<Instant> {
 pub struct Deadline(u64);
 
 impl Deadline {
-    /// No deadline.
+    /// No deadline: it is never reached.
     pub const NEVER: Self = Self(0);
 
     /// A deadline at this time. The time 0 is no deadline.

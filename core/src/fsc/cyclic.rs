@@ -8,7 +8,7 @@ use crate::time::{Duration, Instant, after, reached};
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) struct Cyclic {
     counter: u16,
-    /// In microseconds.
+    /// The time between two messages, in us.
     period: u32,
     due: Instant,
 }

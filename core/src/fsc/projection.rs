@@ -63,7 +63,7 @@ impl Codes {
     }
 }
 
-/// A function select code.
+/// The compact form of a function select code, or a filler for a code that the product does not have.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Row {
     pub(super) code: u8,
@@ -313,7 +313,7 @@ pub const fn own_codes<A: Application, const N: usize>(own: &[Own<A>]) -> [u8; N
     codes
 }
 
-/// Projects the groups.
+/// For each group, the index of its row n0h, as in [`Codes`]. The group of a code is its upper four bits.
 #[allow(clippy::indexing_slicing)] // evaluated at compile time only
 pub const fn groups(access: &[Access], functions: &[Function]) -> [u8; 16] {
     let (layout, _) = layout(access, functions);
@@ -327,13 +327,13 @@ pub const fn groups(access: &[Access], functions: &[Function]) -> [u8; 16] {
     groups
 }
 
-/// The number of rows.
+/// The number of rows of [`rows`], with the fillers.
 pub const fn row_count(access: &[Access], functions: &[Function]) -> usize {
     let (_, count) = layout(access, functions);
     count
 }
 
-/// Projects the rows.
+/// The rows of all groups, in the order of their codes.
 #[allow(clippy::indexing_slicing)] // evaluated at compile time only
 pub const fn rows<const N: usize>(
     access: &[Access],
@@ -403,7 +403,7 @@ const fn flags(parameters: &[ParameterId], roles: &Roles, constraints: &[Constra
     flags
 }
 
-/// The number of fields.
+/// The number of items of [`items`]: the fields of all replies together.
 #[allow(clippy::indexing_slicing)] // evaluated at compile time only
 pub const fn item_count(access: &[Access], functions: &[Function]) -> usize {
     let mut count = 0;

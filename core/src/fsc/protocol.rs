@@ -13,7 +13,6 @@ use crate::store::StoreError;
 use crate::time::{Deadline, Instant};
 use core::marker::PhantomData;
 
-/// The parameters of product `P`.
 pub(super) type ParametersOf<P> = Parameters<<<P as Product>::Application as Application>::Table>;
 
 /// The number of boot-up messages (section 10.2).
@@ -85,7 +84,6 @@ impl<P: Product> Fsc<P> {
         }
     }
 
-    /// Sets CmdParamError.
     pub(super) fn raise_cmd_param_error(&mut self) {
         self.sticky |= Self::STATUS.cmd_param_error;
     }
@@ -98,7 +96,7 @@ impl<P: Product> Fsc<P> {
         cx.shell.wake_up();
     }
 
-    /// The present status byte.
+    /// The status byte of a reply: the sticky bits and those of the present state.
     fn status(&self, cx: &ContextOf<P>) -> u8 {
         let mut status = self.sticky | Self::STATUS.of_faults(cx.values.faults());
         if cx.parameters.is_factory() {
@@ -171,7 +169,7 @@ impl<P: Product> Fsc<P> {
         }
     }
 
-    /// Accepts a software reset.
+    /// Switches cyclic mode off, and restarts after the frames that wait.
     pub(super) fn restart(&mut self, cx: &mut ContextOf<P>, now: Instant) {
         self.cyclic = None;
         cx.shell.restart(now);

@@ -15,7 +15,7 @@ use crate::text::Text;
 /// The source of a number in the data bytes of a reply.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Source {
-    /// A parameter.
+    /// The value in force of this parameter.
     Parameter(ParameterId),
     /// A value that the application has published.
     Value(ValueId),
@@ -23,13 +23,13 @@ pub enum Source {
     Counter,
     /// The digits of the article number.
     ProductNumber,
-    /// The revision.
+    /// The revision of the article, or of the unit record if that has one.
     Revision,
     /// The serial number of the device.
     SerialNumber,
-    /// The software version.
+    /// The software version of the article, which also is in the boot-up message.
     SoftwareVersion,
-    /// The Set-Parameter-ID in force.
+    /// The identifier of requests that is in force until the next restart.
     ActiveSetId,
 }
 
@@ -49,7 +49,7 @@ impl Source {
 /// A number in the data bytes of a reply.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Field {
-    /// Its source.
+    /// What the reply contains at this place.
     pub source: Source,
     /// Its name; empty for a parameter or a value, which has its own name.
     pub name: &'static str,
@@ -66,13 +66,13 @@ impl Field {
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[repr(u8)]
 pub enum Operation {
-    /// Replies.
+    /// Replies with the fields of the row.
     Read,
     /// Replies with the inclination. The same reply is sent after a sync frame and in cyclic mode.
     Inclination,
     /// Replies, then clears the sticky bits of the status byte.
     ReadStatus,
-    /// Writes parameters.
+    /// Writes the parameters of its [`Access`] from the data.
     Write,
     /// Loads the factory values, if the data is the signature.
     Load,
@@ -86,7 +86,7 @@ pub enum Operation {
 
 /// The function of a code with [`Operation::Own`].
 pub struct Own<A: Application> {
-    /// Its function select code.
+    /// The function select code, which has a [`Function`] with [`Operation::Own`].
     pub code: u8,
     /// Handles the data of a request. Returns the data of the reply, or None: the request is refused and has changed nothing. The
     /// function may write parameters ([`Context::write`], [`Context::apply`]), but begins no save: a master saves with
@@ -101,7 +101,7 @@ pub struct Access {
     pub read: u8,
     /// The function select code that writes them.
     pub write: u8,
-    /// The manual's name.
+    /// The name of the function in the manual.
     pub name: &'static str,
     /// The parameters in the order of their bytes; at most six bytes in total.
     pub parameters: &'static [ParameterId],
@@ -110,11 +110,11 @@ pub struct Access {
 /// A function that does not access parameters: a row of tables 17 and 18.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Function {
-    /// Its function select code.
+    /// The function select code: byte 0 of request and reply.
     pub code: u8,
-    /// The manual's name.
+    /// The name of the function in the manual.
     pub name: &'static str,
-    /// Its operation.
+    /// What a request with this code does.
     pub operation: Operation,
     /// The signature in the data of the request; empty if there is none.
     pub signature: &'static [u8],
@@ -129,16 +129,16 @@ pub struct LedTable {
     pub detecting: Pattern,
     /// Run LED in normal operation.
     pub normal: Pattern,
-    /// Error LED.
+    /// Error LED in each state of the bus.
     pub error: ErrorPatterns,
 }
 
 /// The parameters that the protocol itself uses.
 #[derive(Clone, Copy, Debug)]
 pub struct Roles {
-    /// The identifier of requests.
+    /// The identifier of the requests that the sensor receives.
     pub set_id: ParameterId,
-    /// The identifier of replies.
+    /// The identifier of the replies that the sensor sends.
     pub reply_id: ParameterId,
     /// The identifier of sync frames.
     pub sync_id: ParameterId,
@@ -254,11 +254,11 @@ impl ArticleNumber {
 pub struct Article {
     /// The type name, for example `IS2BP090-C-CL`.
     pub name: &'static str,
-    /// The article number.
+    /// The number under which the maker sells it. Its digits are in a reply.
     pub number: ArticleNumber,
-    /// The revision.
+    /// The revision that the sensor reports, unless its unit record has another one.
     pub revision: u16,
-    /// The software version.
+    /// The software version that the sensor reports.
     pub version: Version,
     /// 1-axis: the largest cross slope; 2-axis: the largest inclination without a sensor error; in 0.01 deg.
     pub limit: u16,
@@ -270,7 +270,7 @@ pub struct Article {
 ///
 /// [`project!(functions)`](crate::project) derives [`CODES`](Self::CODES) from the description.
 pub trait Product: Sized + 'static {
-    /// Its measurement and actions.
+    /// What the product measures, and what it does with the numbers that masters write.
     type Application: Application;
 
     /// The parameters that the protocol uses.
@@ -283,7 +283,7 @@ pub trait Product: Sized + 'static {
     const OWN: &'static [Own<Self::Application>] = &[];
     /// The status byte, from bit 0 on.
     const STATUS: [StatusBit; 8];
-    /// The LED patterns.
+    /// The LED patterns while the bit rate is being detected and in operation.
     const LEDS: LedTable;
 
     /// The codes in the form that the device uses.

@@ -30,7 +30,7 @@ pub(super) struct Reply {
 }
 
 impl Reply {
-    /// A reply without data.
+    /// A reply with code and status byte. [`append`](Self::append) adds the data.
     pub fn new(fsc: u8, status: u8) -> Self {
         Self {
             bytes: [fsc, status, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0],

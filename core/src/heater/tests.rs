@@ -14,10 +14,10 @@ static SETTINGS: Settings = Settings {
     steady_after: 30,
 };
 
-/// The period in s.
+/// The period of the controller in s.
 const STEP: f64 = 0.2;
 
-/// Temperatures in degC.
+/// A simulated cell. All temperatures are in degC.
 #[derive(Clone, Debug)]
 struct Body {
     temperature: f64,

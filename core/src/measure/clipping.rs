@@ -3,7 +3,7 @@
 /// 100 ms in samples: a fault begins if more consecutive samples were clipped, and it ends if as many were not.
 const HOLD: u8 = 20;
 
-/// The clipped samples.
+/// Counts clipped samples, so that a single one is no fault.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct Clipping {
     /// The number of consecutive clipped samples, at most one more than [`HOLD`].
@@ -14,7 +14,7 @@ pub struct Clipping {
 }
 
 impl Clipping {
-    /// No sample was clipped.
+    /// The state before the first sample: no fault.
     pub const NONE: Self = Self {
         clipped: 0,
         left: 0,

@@ -30,13 +30,13 @@ pub enum Cutoff {
     /// No filter: the vector passes unchanged.
     #[default]
     Off,
-    /// 10 Hz.
+    /// 10 Hz, with a delay of 30 ms.
     TenHertz,
-    /// 5 Hz.
+    /// 5 Hz, with a delay of 70 ms.
     FiveHertz,
-    /// 1 Hz.
+    /// 1 Hz, with a delay of 390 ms.
     OneHertz,
-    /// 0.5 Hz.
+    /// 0.5 Hz, with a delay of 790 ms.
     HalfHertz,
 }
 

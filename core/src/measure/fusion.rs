@@ -85,7 +85,7 @@ const BIAS_LIMIT: i64 = 1 << 59;
 /// ```
 #[derive(Clone, Debug)]
 pub struct Fusion<const DELAY: u32> {
-    /// K, Q31.
+    /// The gain K of the Kalman filter, Q31.
     gain: i32,
     /// K^2 / 4, Q44, below 2^-13. A higher gain would estimate the bias from vibration.
     bias_gain: i32,

@@ -17,7 +17,7 @@ use super::low_pass_design::{
 use super::{I32x3, saturated};
 use core::ops::RangeInclusive;
 
-/// The kind of filter.
+/// The response of the filter.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Kind {
@@ -96,9 +96,9 @@ enum Chain {
 /// The state of one second-order section.
 #[derive(Clone, Copy, Debug)]
 struct Integrators {
-    /// Band-pass: 0 at rest.
+    /// Output of the band-pass, 0 at rest.
     band: i64,
-    /// Low-pass: the output.
+    /// Output of the low-pass, which is the output of the section.
     low: i64,
 }
 

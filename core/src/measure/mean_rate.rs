@@ -38,12 +38,12 @@ pub struct MeanRate<const FRACTION: u32> {
     last: [i64; 3],
     /// There was a value since the last sample.
     fresh: bool,
-    /// `last` is valid.
+    /// `last` is the sum of a sample, so a mean can be calculated.
     started: bool,
 }
 
 impl<const FRACTION: u32> MeanRate<FRACTION> {
-    /// Without values.
+    /// The state before the first value.
     pub const fn new() -> Self {
         Self {
             sum: [0; 3],
@@ -115,7 +115,7 @@ mod tests {
     const DATA_RATE: u32 = 833_375;
     const HZ: f64 = DATA_RATE as f64 / 1000.0;
 
-    /// 1 deg/s.
+    /// The number of a rate of 1 deg/s.
     const UNIT: f64 = 65_536.0;
 
     /// The means of the rate `rate`, in deg/s by the time in s, with the time of each sample. Both sensors have this data rate, and the

@@ -114,12 +114,12 @@ pub struct Inclinometer {
     pub calibration: Calibration,
     /// The validity of the calibrated acceleration: samples, clipping, length and position on the back.
     pub validity: Validity,
-    /// The digital filter.
+    /// The filter that the user can set, before the angles are calculated.
     pub low_pass: LowPass,
 }
 
 impl Inclinometer {
-    /// Without calibration, filter off.
+    /// The identity as calibration, no filter, and no valid sample yet.
     pub const INITIAL: Self = Self {
         calibration: Calibration::IDENTITY,
         validity: Validity::INITIAL,

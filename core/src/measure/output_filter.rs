@@ -30,7 +30,7 @@
 use super::SAMPLE_PERIOD;
 use crate::angle::Angle;
 
-/// Program cycles per second.
+/// The number of program cycles of the original sensor in a second. Its filter runs once in each of them.
 pub const CYCLE_RATE: u32 = 1428;
 
 /// The largest size of the moving average, in program cycles.
@@ -39,7 +39,7 @@ pub const SIZE_MAX: u8 = 250;
 /// The weight that makes the recursive filter hold its output.
 pub const WEIGHT_MAX: u16 = 1000;
 
-/// Readings per second.
+/// The number of readings in a second.
 const SAMPLE_RATE: u32 = (1_000_000 / SAMPLE_PERIOD.ticks()) as u32;
 
 /// The whole number of cycles in [`SAMPLE_PERIOD`].
@@ -69,7 +69,7 @@ struct Entry<const AXES: usize> {
 struct Axis {
     /// The output of the recursive filter; 360 deg is 2^64.
     state: u64,
-    /// The newest entry.
+    /// The angle of the newest entry.
     newest: Angle,
     /// The sum over the cycles of the array of the differences from the newest entry.
     sum: i64,
@@ -84,7 +84,7 @@ pub struct OutputFilter<const AXES: usize> {
     entries: [Entry<AXES>; ENTRIES],
     /// The place of the oldest entry.
     first: usize,
-    /// The number of entries.
+    /// The number of entries in use.
     count: usize,
     /// The number of cycles of the oldest entry that count.
     rest: u32,
@@ -96,7 +96,7 @@ pub struct OutputFilter<const AXES: usize> {
     responses: Option<[Response; 2]>,
     /// The part of a cycle that is left from the last reading, in units of 1 / [`SAMPLE_RATE`].
     phase: u32,
-    /// There was a reading.
+    /// There was a reading, so the filters have a state.
     started: bool,
 }
 

@@ -63,7 +63,7 @@ const SAMPLE_RATE: u32 = (1_000_000 / SAMPLE_PERIOD.ticks()) as u32;
 
 /// A component of a value of the accelerometer: `i16` or `i32`.
 pub trait Component: Copy + Into<i32> {
-    /// 0.
+    /// The number 0 of this type.
     const ZERO: Self;
 
     /// The sum of the values, oldest first, multiplied by their weights. `ahead` is the time from the output to the newest value,
@@ -100,7 +100,7 @@ pub struct Resampler<V, const FRACTION: u32> {
     ahead: i32,
     /// The time between two outputs at the stated data rate.
     step: i32,
-    /// The correction of `step`.
+    /// What is added to `step`, because the clock of the accelerometer is not exact.
     correction: i32,
     /// The sum of the phase errors.
     drift: i32,

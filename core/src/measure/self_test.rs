@@ -21,11 +21,11 @@ pub const MOST: u32 = (ONE_G as u64 * 1700 / 1000) as u32;
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Working {
-    /// The X axis works.
+    /// The acceleration along X changed as specified.
     pub x: bool,
-    /// The Y axis works.
+    /// The acceleration along Y changed as specified.
     pub y: bool,
-    /// The Z axis works.
+    /// The acceleration along Z changed as specified.
     pub z: bool,
 }
 

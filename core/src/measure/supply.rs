@@ -41,7 +41,7 @@ pub struct Monitor {
 }
 
 impl Monitor {
-    /// Not measured yet.
+    /// The state before the first measurement: no fault.
     pub const NONE: Self = Self {
         smoothed: 0,
         faulty: false,

@@ -38,7 +38,7 @@ impl Validity {
         self.is_overturned = self.overturned.step(acceleration, self.plausibility.mean());
     }
 
-    /// Samples are missing.
+    /// Handles missing samples: the acceleration is not valid until samples come again.
     pub fn stale(&mut self) {
         self.is_current = false;
         self.is_defective = true;

@@ -115,9 +115,9 @@ pub enum Permitted {
     Any,
     /// From the first to the second number, both included.
     Range(i64, i64),
-    /// The numbers in [`Parameter::meanings`].
+    /// The numbers that have a name in [`Parameter::meanings`].
     Named,
-    /// These numbers.
+    /// Only these numbers, in any order.
     OneOf(&'static [u32]),
     /// The numbers in these ranges.
     Ranges(&'static Ranges),
@@ -168,21 +168,21 @@ pub enum Persistence {
 pub struct Parameter {
     /// Its id: the index in the table.
     pub id: ParameterId,
-    /// The manual's name.
+    /// The name in the manual. Descriptors and tools use it.
     pub name: &'static str,
-    /// The type.
+    /// The type of the raw number. The size on the bus follows from it.
     pub data_type: DataType,
     /// The unit of the value, empty if it has none.
     pub unit: &'static str,
     /// Digits after the decimal point: the value is the number divided by 10 to this power.
     pub decimals: u8,
-    /// The permitted values.
+    /// The numbers that a write accepts.
     pub permitted: Permitted,
-    /// Names of particular numbers.
+    /// Numbers that stand for something, with its name: 2 is "5 Hz". They need not be all permitted numbers.
     pub meanings: &'static [Meaning],
     /// The factory value as a raw number: FFFFh is -1 in an [`I16`](DataType::I16).
     pub factory: u32,
-    /// The persistence.
+    /// When it is stored, and whether at all.
     pub persistence: Persistence,
 }
 
@@ -260,7 +260,7 @@ pub enum Constraint {
     AtMost {
         /// The parameter that is limited.
         parameter: ParameterId,
-        /// Its highest value.
+        /// The highest value of `parameter`.
         high: u16,
         /// The parameter that limits it.
         other: ParameterId,
@@ -277,11 +277,11 @@ pub struct ValueId(pub u8);
 /// The description of a published value.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Quantity {
-    /// Its id.
+    /// The index in the table of the quantities.
     pub id: ValueId,
-    /// The manual's name.
+    /// The name in the manual. Descriptors and tools use it.
     pub name: &'static str,
-    /// The type.
+    /// The type of the raw number.
     pub data_type: DataType,
     /// The unit of the value, empty if it has none.
     pub unit: &'static str,

@@ -92,7 +92,7 @@ pub const fn parameters<const N: usize>(first: u8, width: u8) -> [ParameterId; N
     ids
 }
 
-/// The same for values.
+/// `N` ids of published values, as in [`parameters`].
 #[doc(hidden)]
 pub const fn values<const N: usize>(first: u8, width: u8) -> [ValueId; N] {
     let mut ids = [ValueId(first); N];

@@ -10,7 +10,7 @@ use crate::mistake::Mistake;
 /// The maximum number of parameters of a product.
 pub const PARAMETERS_MAX: usize = ParameterSet::CAPACITY;
 
-/// Projects the factory values.
+/// The factory value of each parameter.
 #[track_caller]
 pub const fn factory<const N: usize>(parameters: &[Parameter]) -> [u32; N] {
     Mistake::in_item("PARAMETERS").unless(

@@ -74,7 +74,7 @@ impl ParameterRow {
         1 << (self.form & 3)
     }
 
-    /// The type.
+    /// The type in which the device handles the parameter.
     pub const fn data_type(self) -> DataType {
         DataType::of((self.form & 7) as u8)
     }

@@ -15,7 +15,7 @@ impl ParameterSet {
     /// The number of ids that a set can contain: 0 to `CAPACITY` - 1.
     pub const CAPACITY: usize = 32 * WORDS;
 
-    /// The empty set.
+    /// The set without parameters.
     pub const EMPTY: Self = Self { words: [0; WORDS] };
 
     /// The set of these parameters.

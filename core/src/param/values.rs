@@ -16,14 +16,14 @@ use core::marker::PhantomData;
 pub trait Table: 'static {
     /// The description; the id of each row is its index.
     const PARAMETERS: &'static [Parameter];
-    /// The constraints between parameters.
+    /// The conditions for two parameters together, which each write must keep.
     const CONSTRAINTS: &'static [Constraint] = &[];
     /// The version of the stored layout, from 1 to 255. It must change if the table changes other than by new rows at its end.
     const LAYOUT: u8 = 1;
 
     /// An array with a number for each parameter.
     type Numbers: Numbers;
-    /// The factory values.
+    /// The factory value of each parameter.
     const FACTORY: &'static Self::Numbers;
     /// The parameters in the form that the device uses.
     const PARAMETER_ROWS: &'static [ParameterRow];
@@ -37,7 +37,7 @@ pub trait Table: 'static {
 
 /// An array with a number for each parameter.
 pub trait Numbers: Copy + AsRef<[u32]> + AsMut<[u32]> {
-    /// All numbers 0.
+    /// The number 0 for each parameter.
     const ZERO: Self;
 }
 
@@ -61,7 +61,7 @@ impl<T: Table> Parameters<T> {
         table: PhantomData,
     };
 
-    /// The factory values.
+    /// All parameters with their factory values; none is changed.
     pub fn factory() -> Self {
         Self {
             numbers: *T::FACTORY,

@@ -63,7 +63,7 @@ impl ImageId {
         Self(number)
     }
 
-    /// The number.
+    /// The number in the record, 1 to 7FFFh.
     pub const fn number(self) -> u16 {
         self.0
     }
@@ -72,7 +72,7 @@ impl ImageId {
 /// The owner of the records in a [`Store`].
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Owner {
-    /// The product.
+    /// The product to which the parameters belong.
     pub image: ImageId,
     /// The version of the stored layout ([`Table::LAYOUT`](crate::param::Table::LAYOUT)) of the product.
     pub layout: u8,

@@ -123,7 +123,7 @@ impl<M: NorFlash, const N: usize> Store<M, N> {
         }
     }
 
-    /// Returns the memory.
+    /// Ends the use of the store, for example to look at what it has written.
     pub fn into_memory(self) -> M {
         self.memory
     }
@@ -275,7 +275,7 @@ impl<M: NorFlash, const N: usize> Store<M, N> {
         }
     }
 
-    /// The address of the save.
+    /// The address of the next record in the slot of the save.
     fn address(&self, save: &Save) -> usize {
         self.start(save.slot) + self.slot(save.slot).used
     }

@@ -80,7 +80,7 @@ pub(super) struct Survey {
     pub used: usize,
     /// The end address of the last word that is neither blank nor part of a valid record of this product; 0: there is none.
     pub unusable: usize,
-    /// The newest parameters.
+    /// The newest valid parameters of this product.
     pub parameters: Found,
     /// The newest calibration of this device.
     pub calibration: Place,

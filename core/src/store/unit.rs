@@ -93,12 +93,12 @@ impl Name {
         })
     }
 
-    /// Its characters.
+    /// The characters without padding, all of them printable ASCII.
     pub fn bytes(&self) -> &[u8] {
         self.bytes.get(..self.length.into()).unwrap_or_default()
     }
 
-    /// The text.
+    /// The characters as text.
     pub fn text(&self) -> &str {
         core::str::from_utf8(self.bytes()).unwrap_or_default()
     }
@@ -115,21 +115,21 @@ impl core::fmt::Debug for Name {
 pub struct Unit {
     /// The number of the vendor.
     pub vendor: Option<u32>,
-    /// The device type (DeviceNet).
+    /// The device type (DeviceNet, attribute 2 of the identity object).
     pub device_type: Option<u16>,
-    /// The product code.
+    /// The product code (1018h:02, or attribute 3 of the identity object).
     pub product_code: Option<u32>,
     /// The revision; DeviceNet: 256 * major + minor.
     pub revision: Option<u32>,
-    /// The serial number.
+    /// The serial number; without it, the one of the chip.
     pub serial: Option<u32>,
     /// The digits of the article number (GEMAC).
     pub article: Option<u32>,
     /// The device name (CANopen), or the product name (DeviceNet).
     pub name: Option<Name>,
-    /// The hardware version (CANopen).
+    /// The hardware version (1009h of CANopen).
     pub hardware: Option<Name>,
-    /// The software version (CANopen).
+    /// The software version (100Ah of CANopen, the software identification of J1939).
     pub software: Option<Name>,
 }
 
@@ -146,7 +146,7 @@ mod tag {
 }
 
 impl Unit {
-    /// Nothing is given.
+    /// The record of a unit without its own identity: all numbers are those of the product.
     pub const NONE: Self = Self {
         vendor: None,
         device_type: None,
@@ -233,7 +233,7 @@ pub(super) const fn owner_of(product: ImageId) -> [u8; OWNER] {
     [MARK, low, high]
 }
 
-/// Encoded fields.
+/// Writes the fields that are given, each with its tag, one after the other.
 struct Fields<'a> {
     into: &'a mut [u8],
     length: usize,

@@ -11,7 +11,7 @@ pub struct Periodic {
 }
 
 impl Periodic {
-    /// Not started.
+    /// The timer before [`start`](Self::start): no period ends.
     pub const OFF: Self = Self {
         period_ms: 0,
         due: Deadline::NEVER,
@@ -31,7 +31,7 @@ impl Periodic {
         self.period_ms = period_ms;
     }
 
-    /// Switches the timer off.
+    /// No period ends until the next [`start`](Self::start).
     pub fn stop(&mut self) {
         self.due = Deadline::NEVER;
     }
@@ -45,7 +45,7 @@ impl Periodic {
         ended
     }
 
-    /// Begins the next period.
+    /// The next period begins where this one ended; after a missed one it begins now.
     fn begin_next(&mut self, now: Instant) {
         let due = self.due.time().unwrap_or(now);
         let period = millis(self.period_ms);

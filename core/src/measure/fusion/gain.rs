@@ -98,7 +98,6 @@ fn relation(numerator: Noise, denominator: Noise) -> Float {
     float
 }
 
-/// The greatest common divisor.
 fn common_divisor(mut a: u32, mut b: u32) -> u32 {
     while b != 0 {
         (a, b) = (b, a % b);

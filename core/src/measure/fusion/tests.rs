@@ -85,7 +85,7 @@ fn integers(vector: [f64; 3], unit: f64) -> I32x3 {
 }
 
 impl Motion<'_> {
-    /// A sensor at rest.
+    /// A level 2-axis sensor at rest, without bias of the gyroscope.
     const REST: Motion<'static> = Motion {
         axes: Axes::Two,
         angle: &|_| 0.0,
@@ -102,7 +102,7 @@ impl Motion<'_> {
         core::array::from_fn(|i| vertical[i] * (1.0 + up) + horizontal[i] * along)
     }
 
-    /// The outputs of `fusion` for `seconds`.
+    /// Runs `fusion` for `seconds`, and returns an output for each sample.
     fn run<const DELAY: u32>(&self, fusion: &mut Fusion<DELAY>, seconds: f64) -> Vec<Output> {
         let samples = (seconds / PERIOD).round() as i32;
         let outputs = (0..samples).map(|n| {

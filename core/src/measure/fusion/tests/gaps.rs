@@ -1,4 +1,4 @@
-//! Missing samples.
+//! The filter after a gap in the samples.
 
 use super::*;
 
