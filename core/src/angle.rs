@@ -20,13 +20,13 @@ use core::ops::{Add, AddAssign, Neg, Sub, SubAssign};
 pub struct Angle(pub u32);
 
 impl Angle {
-    /// 0 deg.
+    /// 0 deg, the direction of the axis.
     pub const ZERO: Self = Self(0);
-    /// 90 deg.
+    /// 90 deg, a quarter of a turn.
     pub const QUARTER: Self = Self(1 << 30);
-    /// 180 deg.
+    /// 180 deg, half a turn.
     pub const HALF: Self = Self(1 << 31);
-    /// 270 deg.
+    /// 270 deg, three quarters of a turn.
     pub const THREE_QUARTERS: Self = Self(3 << 30);
 
     /// The largest error of [`atan2`](Self::atan2): 1.3e-5 deg. The tests check it.
@@ -202,7 +202,7 @@ mod tests {
 
     /// The units in 360 deg.
     const UNITS: f64 = 4_294_967_296.0;
-    /// One unit in deg.
+    /// The size of one unit in deg.
     const UNIT: f64 = 360.0 / UNITS;
 
     /// The error of `Angle::atan2(y, x)` in units. The error of f64 is below 1e-6 units.

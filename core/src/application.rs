@@ -15,7 +15,7 @@ use crate::time::{Deadline, Instant};
 pub struct Faults(pub u16);
 
 impl Faults {
-    /// No fault.
+    /// No fault is active.
     pub const NONE: Self = Self(0);
     /// There is no valid measurement.
     pub const SENSOR: Self = Self(0x01);
@@ -131,7 +131,7 @@ pub trait Values: Copy {
         i64::from(self.number(id) as i32) as u64
     }
 
-    /// The active faults.
+    /// The faults that are active in this state.
     fn faults(&self) -> Faults;
 
     /// The outputs to the hardware.
@@ -145,7 +145,7 @@ pub trait Values: Copy {
 pub struct Published<const N: usize> {
     /// The value of each quantity, at the place of its id.
     pub numbers: [i32; N],
-    /// The active faults.
+    /// The faults that are active with these numbers.
     pub faults: Faults,
 }
 
@@ -176,7 +176,7 @@ impl<const N: usize> Values for Published<N> {
 /// An additional action after a write of a parameter.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub enum Effect {
-    /// No action.
+    /// The write needs nothing more.
     #[default]
     None,
     /// Store the parameters with [`Persistence::AtOnce`](crate::param::Persistence::AtOnce), which may have changed. The written
@@ -188,7 +188,7 @@ pub enum Effect {
 pub trait Application: Sized {
     /// The parameters of the product.
     type Table: Table;
-    /// The published values.
+    /// The values that the application publishes after each reading.
     type Values: Values;
 
     /// The published quantities; the id of each is its index.
@@ -227,7 +227,7 @@ pub trait Application: Sized {
     /// Applies the parameters, at the start and after a write. Unchanged parameters have no effect.
     fn apply(&mut self, now: Instant, parameters: &Parameters<Self::Table>) -> Self::Values;
 
-    /// Processes a reading.
+    /// Processes a reading, one every [`SAMPLE_PERIOD`](crate::measure::SAMPLE_PERIOD). Returns the new values.
     fn sample(&mut self, now: Instant, reading: &Reading) -> Self::Values;
 
     /// Handles missing readings. Also called before a restart. Switches the outputs off that must not stay on without readings.

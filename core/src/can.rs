@@ -230,30 +230,30 @@ pub const fn extended(id: u32) -> Id {
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum BitRate {
-    /// 10 kbit/s
+    /// 10 kbit/s: a bit takes 100 us.
     K10,
-    /// 20 kbit/s
+    /// 20 kbit/s: a bit takes 50 us.
     K20,
-    /// 50 kbit/s
+    /// 50 kbit/s: a bit takes 20 us.
     K50,
-    /// 62.5 kbit/s
+    /// 62.5 kbit/s: a bit takes 16 us.
     K62_5,
-    /// 100 kbit/s
+    /// 100 kbit/s: a bit takes 10 us.
     K100,
-    /// 125 kbit/s
+    /// 125 kbit/s: a bit takes 8 us.
     K125,
-    /// 250 kbit/s
+    /// 250 kbit/s: a bit takes 4 us.
     K250,
-    /// 500 kbit/s
+    /// 500 kbit/s: a bit takes 2 us.
     K500,
-    /// 800 kbit/s
+    /// 800 kbit/s: a bit takes 1.25 us.
     K800,
-    /// 1 Mbit/s
+    /// 1 Mbit/s: a bit takes 1 us.
     M1,
 }
 
 impl BitRate {
-    /// All ten, slowest first.
+    /// All ten bit rates, from the slowest to the fastest.
     pub const ALL: [Self; 10] = [
         Self::K10,
         Self::K20,
@@ -283,7 +283,7 @@ impl BitRate {
         }
     }
 
-    /// Bits per second.
+    /// The number of bits in a second.
     pub const fn bits_per_second(self) -> u32 {
         match self {
             Self::K10 => 10_000,

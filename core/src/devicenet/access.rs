@@ -21,7 +21,6 @@ impl<P: Product> Devicenet<P> {
         self.release_all(cx);
     }
 
-    /// Releases all connections.
     pub(super) fn release_all(&mut self, cx: &mut ContextOf<P>) {
         self.connections = ConnectionSet::EMPTY;
         self.update_io(cx);

@@ -14,13 +14,13 @@ use crate::time::{Deadline, Instant};
 
 /// Bits of the allocation choice.
 pub mod choice {
-    /// The explicit connection.
+    /// The explicit connection (instance 1).
     pub const EXPLICIT: u8 = 0x01;
-    /// The poll connection.
+    /// The poll connection (instance 2): I/O data on request of the master.
     pub const POLL: u8 = 0x02;
-    /// The change-of-state connection.
+    /// Instance 4 sends a message when a word has changed, and one in each EPR.
     pub const CHANGE: u8 = 0x10;
-    /// The cyclic connection.
+    /// Instance 4 sends one message in each EPR.
     pub const CYCLIC: u8 = 0x20;
     /// COS and cyclic messages are not acknowledged.
     pub const SUPPRESS: u8 = 0x40;
@@ -56,7 +56,7 @@ pub(super) struct ConnectionSet {
 }
 
 impl ConnectionSet {
-    /// Nothing is allocated.
+    /// The state before the master allocates a connection.
     pub const EMPTY: Self = Self {
         explicit: Connection::NONEXISTENT,
         poll: Connection::NONEXISTENT,
@@ -247,7 +247,7 @@ impl ConnectionSet {
         &mut self.producing
     }
 
-    /// Whether polls are answered.
+    /// Whether the poll connection is established: polls get a response.
     pub fn is_polled(&self) -> bool {
         self.poll.is_established()
     }

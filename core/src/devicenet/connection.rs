@@ -15,11 +15,11 @@ const FIRST_WAIT: u32 = 10_000;
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[repr(u8)]
 pub(super) enum State {
-    /// Not allocated.
+    /// Not allocated by a master, or released.
     Nonexistent = 0,
     /// I/O: allocated, and its EPR is not set yet.
     Configuring = 1,
-    /// In use.
+    /// It can be used. For I/O: its EPR is set.
     Established = 3,
     /// I/O: its watchdog has expired.
     TimedOut = 4,
@@ -27,7 +27,7 @@ pub(super) enum State {
     Deferred = 5,
 }
 
-/// A connection.
+/// The state of a connection, and its watchdog.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Connection {
     state: State,
@@ -40,7 +40,7 @@ pub(super) struct Connection {
 }
 
 impl Connection {
-    /// Not allocated.
+    /// A connection that the master has not allocated.
     pub const NONEXISTENT: Self = Self {
         state: State::Nonexistent,
         consumes: false,
@@ -86,7 +86,6 @@ impl Connection {
         !matches!(self.state, State::Nonexistent)
     }
 
-    /// Whether it consumes messages.
     pub const fn consumes(&self) -> bool {
         self.consumes
     }

@@ -29,11 +29,11 @@ enum State {
     Off,
     /// A request is being sent.
     Sending,
-    /// Waits after a request.
+    /// The request is on the bus. Another node with this MAC ID can respond.
     Waiting,
-    /// On-line.
+    /// No other node has this MAC ID.
     Online,
-    /// Communication faulted.
+    /// Another node has this MAC ID, or the bus is not usable: nothing is sent.
     Faulted,
 }
 
@@ -49,11 +49,10 @@ pub(super) struct DuplicateCheck {
 /// What a step of the check requests.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) enum Step {
-    /// Nothing.
     None,
-    /// Send a request.
+    /// A request of the check must be sent.
     Request,
-    /// Send a response.
+    /// Another node checks our MAC ID: a response must be sent.
     Respond,
     /// The node is on-line now.
     Online,
@@ -62,7 +61,6 @@ pub(super) enum Step {
 }
 
 impl DuplicateCheck {
-    /// Not started.
     pub const OFF: Self = Self {
         state: State::Off,
         left: 0,
@@ -83,7 +81,6 @@ impl DuplicateCheck {
         *self = Self::OFF;
     }
 
-    /// Faults the node.
     pub fn fault(&mut self) {
         *self = Self {
             state: State::Faulted,

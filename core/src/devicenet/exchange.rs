@@ -20,7 +20,7 @@ pub(super) fn selected<P: Product>(
     rows.find(|row| u32::from(row.instance) == instance)
 }
 
-/// The words of an assembly.
+/// The data of an assembly: the present value of each of its words.
 pub(super) fn words<P: Product>(assembly: &AssemblyRow, values: &ValuesOf<P>) -> Words {
     let mut words = [0; 4];
     for (word, id) in words.iter_mut().zip(assembly.words()) {

@@ -22,23 +22,23 @@ pub(super) const ECHO: u8 = 0x7F;
 pub(super) const MAC: u8 = super::identifiers::MAC_MAX;
 /// Bit of the service: response.
 const RESPONSE: u8 = 0x80;
-/// Services.
+/// The service codes of requests and responses.
 pub mod service {
-    /// Error response.
+    /// The response to a request that is refused.
     pub const ERROR: u8 = 0x14;
     /// Reset of the identity object.
     pub const RESET: u8 = 0x05;
-    /// Get_Attribute_Single.
+    /// Get_Attribute_Single: reads an attribute.
     pub const GET: u8 = 0x0E;
-    /// Set_Attribute_Single.
+    /// Set_Attribute_Single: writes an attribute.
     pub const SET: u8 = 0x10;
-    /// Allocate the connection set.
+    /// Allocate_Master/Slave_Connection_Set.
     pub const ALLOCATE: u8 = 0x4B;
-    /// Release the connection set.
+    /// Release_Group_2_Identifier_Set.
     pub const RELEASE: u8 = 0x4C;
 }
 
-/// General error codes.
+/// The general codes of an error response.
 pub mod general {
     /// The resource is not available.
     pub const RESOURCE: u8 = 0x02;
@@ -72,7 +72,7 @@ pub(super) struct Failure {
 }
 
 impl Failure {
-    /// Without an additional code.
+    /// A failure whose additional code is FFh: there is none.
     const fn new(general: u8) -> Self {
         Self {
             general,
@@ -108,7 +108,7 @@ pub(super) enum Data {
 }
 
 impl Data {
-    /// No data.
+    /// A response that contains its header and the service only.
     pub const NONE: Self = Self::Bytes {
         bytes: 0,
         length: 0,

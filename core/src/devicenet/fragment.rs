@@ -52,7 +52,7 @@ pub(super) enum Kind {
     Acknowledge { count: u8, status: u8 },
     /// A part of a request.
     Part,
-    /// A complete request.
+    /// A request in one fragment.
     Whole,
 }
 
@@ -110,7 +110,7 @@ pub(super) struct Receiver {
 }
 
 impl Receiver {
-    /// No message.
+    /// No request is being received.
     pub const IDLE: Self = Self {
         body: [0; CONSUMED],
         length: 0,
@@ -118,7 +118,7 @@ impl Receiver {
         running: false,
     };
 
-    /// Discards the message.
+    /// Discards the part of a request that was received.
     pub fn stop(&mut self) {
         self.running = false;
     }
@@ -185,7 +185,7 @@ pub(super) struct Sender {
 }
 
 impl Sender {
-    /// No message.
+    /// No response is being sent.
     pub const IDLE: Self = Self {
         text: None,
         header: 0,
@@ -207,7 +207,7 @@ impl Sender {
         };
     }
 
-    /// Discards the message.
+    /// Sends nothing more of the response.
     pub fn stop(&mut self) {
         *self = Self::IDLE;
     }

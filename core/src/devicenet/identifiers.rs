@@ -10,7 +10,7 @@
 
 use crate::can::CanId;
 
-/// The highest MAC ID.
+/// The highest MAC ID. All bits of the field are 1.
 pub const MAC_MAX: u8 = 63;
 
 /// The lowest identifier of group 2.
@@ -32,7 +32,7 @@ impl Group1 {
     }
 }
 
-/// Messages of group 2.
+/// The numbers of the messages of group 2: the lowest three bits of the identifier.
 pub mod group_2 {
     /// The master acknowledges a COS or cyclic message.
     pub const ACKNOWLEDGE: u16 = 2;
@@ -44,7 +44,7 @@ pub mod group_2 {
     pub const POLL: u16 = 5;
     /// A request to the unconnected port (Group 2 Only).
     pub const UNCONNECTED: u16 = 6;
-    /// Duplicate MAC ID check.
+    /// A request or response of the duplicate MAC ID check.
     pub const DUPLICATE_CHECK: u16 = 7;
 }
 

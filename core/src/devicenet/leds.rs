@@ -22,13 +22,10 @@ const COLOURS: u8 = 4;
 /// The indication of one LED.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) enum Light {
-    /// Off.
     Off,
-    /// Green.
     Green,
     /// Green, 0.5 s on and 0.5 s off.
     FlashingGreen,
-    /// Red.
     Red,
     /// Red, 0.5 s on and 0.5 s off.
     FlashingRed,
@@ -47,7 +44,7 @@ impl Light {
     }
 }
 
-/// The two LEDs.
+/// The module status LED and the network status LED.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct StatusLeds {
     shown: (Light, Light),
@@ -57,14 +54,13 @@ pub(super) struct StatusLeds {
 }
 
 impl StatusLeds {
-    /// Both LEDs off.
     pub const DARK: Self = Self {
         shown: (Light::Off, Light::Off),
         tested: 0,
         until: Deadline::NEVER,
     };
 
-    /// Begins the self-test.
+    /// Begins the self-test: the colours of both LEDs one after the other.
     pub fn start(&mut self, now: Instant) {
         self.tested = 0;
         self.until = Deadline::after(now, COLOUR);

@@ -9,18 +9,17 @@ use crate::time::{Deadline, Instant, after, millis};
 /// The words of a message: as many as the assembly has, the others are 0.
 pub(super) type Words = [u16; 4];
 
-/// The trigger of messages.
+/// What causes a message.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 enum Trigger {
-    /// Nothing is sent.
     Off,
-    /// Change of state.
+    /// A change of the words, and the EPR.
     Change,
-    /// The EPR only.
+    /// The EPR, not a change.
     Cyclic,
 }
 
-/// The production of messages.
+/// The messages of the producing connection (COS or cyclic).
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Production {
     trigger: Trigger,
@@ -31,14 +30,13 @@ pub(super) struct Production {
     inhibit: u16,
     /// The end of the inhibit time after the last message.
     inhibited: Deadline,
-    /// A change was seen.
+    /// The words have changed since the last message.
     changed: bool,
-    /// The words last sent.
+    /// The words of the last message, with which changes are compared.
     sent: Words,
 }
 
 impl Production {
-    /// Nothing is sent.
     pub const OFF: Self = Self {
         trigger: Trigger::Off,
         next: Deadline::NEVER,
@@ -54,7 +52,6 @@ impl Production {
         *self = Self::OFF;
     }
 
-    /// Whether messages are sent.
     pub fn is_running(&self) -> bool {
         self.trigger != Trigger::Off
     }
@@ -106,7 +103,6 @@ impl Production {
         self.trigger == Trigger::Change && !self.changed
     }
 
-    /// The words last sent.
     pub fn sent(&self) -> &Words {
         &self.sent
     }
@@ -162,14 +158,14 @@ impl Production {
 pub(super) struct AcknowledgeHandler {
     /// The wait for an acknowledge in ms.
     timer: u16,
-    /// The number of repetitions.
+    /// The number of repetitions of a message that is not acknowledged.
     retries: u8,
     left: u8,
     until: Deadline,
 }
 
 impl AcknowledgeHandler {
-    /// Before the start.
+    /// The state before the master sets its attributes.
     pub const INITIAL: Self = Self {
         timer: 0,
         retries: 0,
@@ -194,7 +190,6 @@ impl AcknowledgeHandler {
         self.timer = timer;
     }
 
-    /// The number of repetitions.
     pub fn retries(&self) -> u8 {
         self.retries
     }

@@ -33,7 +33,7 @@ pub struct AttributeRow {
     form: u8,
 }
 
-/// An input assembly.
+/// An input assembly in the form that the device uses.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct AssemblyRow {
     pub(super) instance: u8,
@@ -104,7 +104,6 @@ impl ObjectRow {
 }
 
 impl AssemblyRow {
-    /// The values of its words.
     pub(super) fn words(&self) -> impl Iterator<Item = ValueId> {
         self.words
             .iter()
@@ -112,13 +111,13 @@ impl AssemblyRow {
             .map(|&id| ValueId(id))
     }
 
-    /// The size in bytes.
+    /// The size of the data in bytes.
     pub(super) const fn size(&self) -> u8 {
         2 * self.count
     }
 }
 
-/// Projects the objects.
+/// The objects of the vendor in the form that the device uses.
 #[allow(clippy::indexing_slicing)] // evaluated at compile time only
 pub const fn objects<const N: usize>(objects: &[Object]) -> [ObjectRow; N] {
     let mut rows = [ObjectRow {
@@ -289,7 +288,7 @@ pub const fn check_own<P: Product>() {
     );
 }
 
-/// Projects the assemblies.
+/// The assemblies in the form that the device uses. An inconsistent one is a compile error.
 #[allow(clippy::indexing_slicing)] // evaluated at compile time only
 pub const fn assemblies<const N: usize>(
     assemblies: &[Assembly],

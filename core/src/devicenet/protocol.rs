@@ -17,7 +17,6 @@ use crate::store::{ImageId, StoreError};
 use crate::time::{Deadline, Instant};
 use core::marker::PhantomData;
 
-/// The parameters of product `P`.
 pub(super) type ParametersOf<P> = Parameters<<<P as Product>::Application as Application>::Table>;
 
 /// The published values of product `P`.
@@ -29,7 +28,6 @@ pub(super) type ContextOf<P> = Context<<P as Product>::Application>;
 /// The action after the answer to a request is sent.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) enum Leaving {
-    /// No action.
     None,
     /// The node checks its new MAC ID.
     Readdress,

@@ -12,7 +12,7 @@ use crate::time::Instant;
 /// The form of a response that is not a text.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Form {
-    /// Unfragmented.
+    /// A frame without fragmentation.
     Plain,
     /// A complete fragment, as the request; unfragmented if it does not fit.
     Fragment,

@@ -24,7 +24,7 @@ pub(super) struct Saving<A: Application> {
 }
 
 impl<A: Application> Saving<A> {
-    /// Before the start.
+    /// The state before the stored parameters are read.
     pub const INITIAL: Self = Self {
         saved: Parameters::INITIAL,
         unusable: false,

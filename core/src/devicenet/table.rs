@@ -14,7 +14,7 @@ use crate::store::ImageId;
 /// The source of the value of an attribute.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Source {
-    /// A parameter.
+    /// The value in force of this parameter.
     Parameter(ParameterId),
     /// A value that the application has published.
     Value(ValueId),
@@ -26,7 +26,7 @@ pub enum Source {
 
 /// The functions of an attribute with [`Source::Own`].
 pub struct Own<A: Application> {
-    /// The class.
+    /// The class of the object in [`Product::OBJECTS`].
     pub class: u8,
     /// The number of the attribute.
     pub attribute: u8,
@@ -65,7 +65,7 @@ impl Source {
 pub struct Attribute {
     /// Its number, 1 to 255.
     pub number: u8,
-    /// The manual's name.
+    /// The name in the manual, for the electronic data sheet.
     pub name: &'static str,
     /// A short explanation for the electronic data sheet.
     pub help: &'static str,
@@ -80,9 +80,9 @@ pub struct Attribute {
 pub struct Object {
     /// The class, 64h to C7h.
     pub class: u8,
-    /// The manual's name.
+    /// The name in the manual, for the electronic data sheet.
     pub name: &'static str,
-    /// Class attribute 1.
+    /// The revision of the class (class attribute 1).
     pub revision: u16,
     /// Its attributes, sorted by number.
     pub attributes: &'static [Attribute],
@@ -101,7 +101,7 @@ pub(super) const fn path(instance: u8) -> [u8; 6] {
 /// An input assembly: the data of an I/O message, and attribute 3 of an instance of class 4.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Assembly {
-    /// The instance.
+    /// The instance of class 4, from 1 on.
     pub instance: u8,
     /// A name for the electronic data sheet.
     pub name: &'static str,
@@ -169,7 +169,7 @@ pub trait Product: 'static {
     /// [`Persistence::AtOnce`](crate::param::Persistence::AtOnce).
     type Application: Application;
 
-    /// The identity.
+    /// Vendor, device type, product code, revision and name: attributes of class 1.
     const IDENTITY: Identity;
     /// The parameters that the protocol uses.
     const ROLES: Roles;
@@ -177,7 +177,7 @@ pub trait Product: 'static {
     const OBJECTS: &'static [Object];
     /// The functions of the attributes with [`Source::Own`], in the order of the objects.
     const OWN: &'static [Own<Self::Application>] = &[];
-    /// The input assemblies.
+    /// The assemblies that poll responses, COS and cyclic messages can contain.
     const ASSEMBLIES: &'static [Assembly];
     /// The identification of the stored parameters of this product.
     const IMAGE: ImageId;

@@ -36,20 +36,20 @@ const DELAYS: u32 = 154;
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[repr(u8)] // off is 0, so that it needs no flash in static memory
 pub enum State {
-    /// Not started.
+    /// The node has not started, or it has stopped: it neither sends nor contends.
     Off,
     /// The address is claimed, and others can contend for it.
     Claiming,
-    /// The address is ours.
+    /// The node has its address: it sends and receives messages.
     Claimed,
-    /// There is no address.
+    /// There is no address that the node may take: it sends "cannot claim" from [`NO_ADDRESS`], and nothing else.
     CannotClaim,
 }
 
 /// The result of a claim of another node.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Outcome {
-    /// Nothing.
+    /// The other claim does not contend for our address.
     None,
     /// The claim must be sent again at once.
     Defended,
@@ -62,7 +62,7 @@ pub enum Outcome {
 pub struct Claim {
     name: Name,
     state: State,
-    /// The claimed address.
+    /// The address in the last claim. It is ours in [`State::Claimed`].
     address: u8,
     /// The claim is queued, and not sent yet: the silence has not begun. Cannot claim: the same for its message, and after bus-off.
     queued: bool,
@@ -98,17 +98,17 @@ impl Claim {
         self.take(preferred);
     }
 
-    /// Ends all activity.
+    /// Leaves the address without a message, as at a stop of the node.
     pub fn stop(&mut self) {
         *self = Self::OFF;
     }
 
-    /// The state.
+    /// Whether the node has an address, or is on the way to it.
     pub fn state(&self) -> State {
         self.state
     }
 
-    /// Our NAME.
+    /// The NAME of this node, which decides who keeps an address.
     pub fn name(&self) -> Name {
         self.name
     }
@@ -171,7 +171,7 @@ impl Claim {
         self.due = Deadline::NEVER;
     }
 
-    /// Whether [`sent`](Self::sent) must follow.
+    /// Whether a claim or "cannot claim" is queued: [`sent`](Self::sent) must follow.
     pub fn is_queued(&self) -> bool {
         self.queued
     }
@@ -271,7 +271,7 @@ impl Claim {
         }
     }
 
-    /// The next free address.
+    /// The next address after ours that no other node has claimed.
     fn next(&self) -> Option<u8> {
         let own = self.address.wrapping_sub(FIRST);
         let first = if own < COUNT { own + 1 } else { 0 };

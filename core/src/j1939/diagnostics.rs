@@ -15,7 +15,7 @@
 use super::transport::Message;
 use crate::time::{Deadline, Duration, Instant, millis};
 
-/// The period of DM1.
+/// The time between two DM1 messages while no code changes.
 pub const PERIOD: Duration = millis(1000);
 
 /// The shortest time between two messages because of changes.
@@ -27,15 +27,15 @@ pub const CODES: usize = 14;
 /// The largest number of occurrences.
 const OCCURRENCES: u8 = 126;
 
-/// Amber warning lamp on.
+/// The amber warning lamp is on.
 const AMBER: u8 = 0x04;
 
-/// A trouble code.
+/// A trouble code: what is wrong, and how.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Code {
-    /// Suspect parameter number.
+    /// The suspect parameter number, 19 bits.
     pub spn: u32,
-    /// Failure mode identifier.
+    /// The failure mode identifier, 0 to 31.
     pub fmi: u8,
 }
 
@@ -80,7 +80,7 @@ impl Diagnostics {
         self.inhibited = Deadline::NEVER;
     }
 
-    /// The active codes.
+    /// The active codes, as bits: bit n is code n of the product's table.
     pub fn active(&self) -> u16 {
         self.active
     }

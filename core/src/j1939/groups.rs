@@ -17,13 +17,13 @@
 use super::signal::{Contents, Field, Group, Motion, Signal, Source, compose, fields};
 use crate::j1939::identifier::Pgn;
 
-/// The number of groups.
+/// The number of groups in this file.
 pub const COUNT: usize = 4;
 
 /// The names of the groups, in the order of [`GROUPS`].
 pub const NAMES: [&str; COUNT] = ["SSI2", "SSI", "ARI", "ACCS"];
 
-/// The groups.
+/// The groups, in the order of [`NAMES`].
 pub const GROUPS: [Group; COUNT] = [
     Group {
         name: NAMES[0],
@@ -170,22 +170,22 @@ pub fn place(pgn: Pgn) -> Option<usize> {
     GROUPS.iter().position(|group| group.pgn == pgn)
 }
 
-/// The data of SSI2.
+/// The data of SSI2 (slope sensor information 2).
 pub fn ssi2(motion: &Motion) -> [u8; 8] {
     compose(&SSI2_FIELDS, motion)
 }
 
-/// The data of SSI.
+/// The data of SSI (slope sensor information).
 pub fn ssi(motion: &Motion) -> [u8; 8] {
     compose(&SSI_FIELDS, motion)
 }
 
-/// The data of ARI.
+/// The data of ARI (angular rate information).
 pub fn ari(motion: &Motion) -> [u8; 8] {
     compose(&ARI_FIELDS, motion)
 }
 
-/// The data of ACCS.
+/// The data of ACCS (acceleration sensor).
 pub fn accs(motion: &Motion) -> [u8; 8] {
     compose(&ACCS_FIELDS, motion)
 }

@@ -17,11 +17,11 @@ use crate::can::{CanId, Frame};
 /// A parameter group number, 18 bits.
 pub type Pgn = u32;
 
-/// Proprietary A: the parameters.
+/// Proprietary A: a message of the maker to one node.
 pub const PROPRIETARY_A: Pgn = 0x0EF00;
-/// Request.
+/// The request for the message of a parameter group.
 pub const REQUEST: Pgn = 0x0EA00;
-/// Acknowledgement.
+/// The positive or negative acknowledgement of a request or a command.
 pub const ACKNOWLEDGEMENT: Pgn = 0x0E800;
 /// Transport protocol, data transfer (TP.DT).
 pub const TRANSPORT_DATA: Pgn = 0x0EB00;
@@ -29,15 +29,15 @@ pub const TRANSPORT_DATA: Pgn = 0x0EB00;
 pub const TRANSPORT_CONTROL: Pgn = 0x0EC00;
 /// Address claimed, and cannot claim.
 pub const ADDRESS_CLAIMED: Pgn = 0x0EE00;
-/// Commanded address.
+/// The command to a node to take another address.
 pub const COMMANDED_ADDRESS: Pgn = 0x0FED8;
 /// Active diagnostic trouble codes (DM1).
 pub const ACTIVE_CODES: Pgn = 0x0FECA;
-/// Software identification.
+/// The software version as a text, on request.
 pub const SOFTWARE_IDENTIFICATION: Pgn = 0x0FEDA;
-/// Component identification.
+/// Make, model, serial number and unit number as a text, on request.
 pub const COMPONENT_IDENTIFICATION: Pgn = 0x0FEEB;
-/// ECU identification.
+/// Part number, serial number, location and type of the ECU as a text, on request.
 pub const ECU_IDENTIFICATION: Pgn = 0x0FDC5;
 
 /// The destination of a frame to all nodes.
@@ -59,7 +59,7 @@ pub const EXTENDED_DATA_PAGE: u32 = 1 << 25;
 pub struct Identifier {
     /// The priority, 0 (highest) to 7.
     pub priority: u8,
-    /// The parameter group.
+    /// The parameter group number. Its lowest byte is 0 if the message has a destination.
     pub pgn: Pgn,
     /// The address of the receiver, or [`GLOBAL`].
     pub destination: u8,
@@ -108,7 +108,7 @@ impl Identifier {
         })
     }
 
-    /// The identifier.
+    /// The identifier of 29 bits.
     pub const fn can_id(self) -> CanId {
         let [specific, format, ..] = self.pgn.to_le_bytes();
         let specific = if format < FIRST_BROADCAST {

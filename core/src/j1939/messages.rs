@@ -27,7 +27,7 @@ fn bit(pgn: Pgn) -> u8 {
 }
 
 impl<P: Product> J1939<P> {
-    /// The active trouble codes.
+    /// The active trouble codes, as bits, in the order of the product's table.
     pub(super) fn active(&self, cx: &ContextOf<P>) -> u16 {
         let conditions = Conditions {
             memory: self.memory,

@@ -10,11 +10,11 @@
 //!
 //! AAC is arbitrary address capable. In a frame the least significant byte is first. The numerically lower NAME has priority.
 
-/// A NAME.
+/// The NAME of a node, 64 bits.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
 pub struct Name(pub u64);
 
-/// Arbitrary address capable.
+/// The arbitrary address capable bit.
 const ARBITRARY: u64 = 1 << 63;
 
 /// The number of bits of the identity number.

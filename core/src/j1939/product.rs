@@ -14,7 +14,6 @@ use crate::store::unit::NAME;
 /// The part of the node of product `P` that the protocol can access.
 pub(super) type ContextOf<P> = Context<<P as Product>::Application>;
 
-/// The parameters of product `P`.
 pub(super) type ParametersOf<P> = Parameters<<<P as Product>::Application as Application>::Table>;
 
 /// Faults of the node itself.
@@ -34,13 +33,13 @@ pub struct Sent<A: Application> {
     pub rate: Setting,
     /// The priority, 0 (highest) to 7.
     pub priority: Setting,
-    /// Its present data.
+    /// Returns the data of the message from the present values.
     pub data: fn(&Context<A>) -> [u8; 8],
 }
 
 /// A product with the J1939 protocol.
 pub trait Product: Sized + 'static {
-    /// Its measurement and actions.
+    /// What the product measures, and what it does with the numbers that masters write.
     type Application: Application;
     /// A timer for each of its groups, for example `[Timer; 4]`.
     type Timers: Timers;
@@ -63,7 +62,7 @@ pub trait Product: Sized + 'static {
     const TYPE: &'static str;
     /// The diagnostic trouble codes, at most [`CODES`].
     const TROUBLES: &'static [Code] = &[];
-    /// The patterns of the error LED.
+    /// The error LED in each state of the bus.
     const ERROR_LED: ErrorPatterns = ErrorPatterns {
         working: Pattern::Off,
         warning: Pattern::SingleFlash,

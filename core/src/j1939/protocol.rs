@@ -89,7 +89,7 @@ impl<P: Product> J1939<P> {
         self.move_on(cx);
     }
 
-    /// Ends all activity.
+    /// Leaves the address and ends all transfers. Nothing more is sent until the next start.
     pub fn stop(&mut self) {
         self.claim.stop();
         self.be_silent();
@@ -150,7 +150,7 @@ impl<P: Product> J1939<P> {
         cx.shell.wake_up();
     }
 
-    /// The address is ours.
+    /// Starts the messages when the address is ours.
     fn begin_traffic(&mut self, cx: &mut ContextOf<P>, now: Instant) {
         for (timer, sent) in self.timers.as_mut().iter_mut().zip(P::SENT) {
             timer.start(now, sent.rate.get(&cx.parameters));
@@ -283,7 +283,7 @@ impl<P: Product> J1939<P> {
         self.pending
     }
 
-    /// The next deadline.
+    /// The time of the next [`tick`](Self::tick).
     pub fn deadline(&self) -> Deadline {
         self.earliest
     }

@@ -25,7 +25,7 @@ const DESTINATION: u32 = 0xFF00;
 pub struct Proprietary {
     /// The address of the sender.
     pub source: u8,
-    /// The data.
+    /// The eight bytes of the frame.
     pub data: [u8; 8],
 }
 
@@ -163,7 +163,7 @@ impl<P: Product> J1939<P> {
             .send(acknowledgement(control, pgn, requester, source));
     }
 
-    /// Handles a TP.CM message.
+    /// Handles a message of the connection management (TP.CM).
     fn control(
         &mut self,
         cx: &mut ContextOf<P>,

@@ -11,7 +11,7 @@ use super::identifier::Pgn;
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Default)]
 #[repr(u8)]
 pub enum Merit {
-    /// Fully functional.
+    /// The value is within its specification.
     Good = 0,
     /// The value is outside the range in which the sensor is specified.
     Degraded = 1,
@@ -27,7 +27,7 @@ pub enum Merit {
 pub struct Measured {
     /// The number in the unit of its [`Source`].
     pub number: i32,
-    /// The quality.
+    /// Whether the number can be used.
     pub merit: Merit,
 }
 
@@ -35,9 +35,9 @@ pub struct Measured {
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[repr(u8)]
 pub enum Source {
-    /// Pitch, in 1/32768 deg.
+    /// The angle of pitch, in 1/32768 deg.
     Pitch,
-    /// Roll, in 1/32768 deg.
+    /// The angle of roll, in 1/32768 deg.
     Roll,
     /// The rate at which pitch grows, in 0.001 deg/s.
     PitchRate,
@@ -53,7 +53,7 @@ pub enum Source {
     ForceZ,
 }
 
-/// The number of sources.
+/// The number of different [`Source`]s.
 pub const SOURCES: usize = 8;
 
 /// The units in 1/32768 deg, 0.001 deg/s and 0.001 g (9.80665 m/s^2): a fraction of deg, deg/s or m/s^2.
@@ -75,7 +75,7 @@ pub struct Motion {
 }
 
 impl Default for Motion {
-    /// Nothing is available.
+    /// No value is available.
     fn default() -> Self {
         Self {
             values: [Measured::default(); SOURCES],
@@ -87,9 +87,9 @@ impl Default for Motion {
 /// The contents of a signal.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Contents {
-    /// A value.
+    /// A measured value in the resolution of the signal.
     Value {
-        /// The value.
+        /// The value that is sent.
         source: Source,
         /// The value of one bit in deg, deg/s or m/s^2, as a fraction.
         resolution: (u64, u64),
@@ -111,24 +111,24 @@ pub enum Contents {
 /// A signal of a group.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Signal {
-    /// The name.
+    /// The name in the database (DBC) of the tools.
     pub name: &'static str,
     /// The suspect parameter number; 0 if it is not known.
     pub spn: u32,
     /// The first bit, 0 to 63.
     pub start: u8,
-    /// The number of bits.
+    /// The number of bits, from `start` on.
     pub bits: u8,
-    /// The contents.
+    /// What the bits of the signal contain.
     pub contents: Contents,
 }
 
 /// A group that is sent to all nodes.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Group {
-    /// The acronym.
+    /// The acronym of the standard.
     pub name: &'static str,
-    /// The parameter group number.
+    /// The number of the group in identifiers and requests.
     pub pgn: Pgn,
     /// Its signals. The figure of merit of a value comes after the value.
     pub signals: &'static [Signal],

@@ -48,7 +48,7 @@ impl Timer {
 
 /// A timer for each group of a product.
 pub trait Timers: AsMut<[Timer]> {
-    /// The number of groups.
+    /// The number of timers: one for each group in [`Product::SENT`](super::Product::SENT).
     const COUNT: usize;
     /// All timers are off. All bits are 0.
     const OFF: Self;

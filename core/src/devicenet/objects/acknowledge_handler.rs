@@ -6,7 +6,7 @@ use crate::devicenet::production::AcknowledgeHandler;
 /// The revision of the class.
 const REVISION: u8 = 1;
 
-/// Attributes.
+/// The attributes that can be read and set.
 const TIMER: u8 = 1;
 const RETRIES: u8 = 2;
 const INSTANCE: u8 = 3;

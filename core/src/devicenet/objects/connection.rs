@@ -13,12 +13,12 @@ use crate::time::Instant;
 /// The revision of the class.
 const REVISION: u8 = 1;
 
-/// Instances.
+/// The instances of the connections.
 const EXPLICIT: u8 = 1;
 const POLL: u8 = 2;
 const PRODUCING: u8 = 4;
 
-/// Settable attributes.
+/// The attributes that can be set.
 const RATE: u8 = 9;
 const WATCHDOG_ACTION: u8 = 12;
 const INHIBIT: u8 = 17;

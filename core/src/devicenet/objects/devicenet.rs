@@ -9,7 +9,7 @@ use crate::time::Instant;
 /// The revision of the class.
 const REVISION: u8 = 2;
 
-/// Attributes.
+/// The attributes of instance 1.
 const MAC_ID: u8 = 1;
 const BAUD_RATE: u8 = 2;
 const BUS_OFF_INTERRUPT: u8 = 3;
@@ -41,7 +41,7 @@ pub(super) fn serve<P: Product>(
     }
 }
 
-/// The parameter of an attribute.
+/// The parameter in which a settable attribute is stored.
 fn parameter<P: Product>(attribute: u8) -> Option<ParameterId> {
     match attribute {
         MAC_ID => Some(P::ROLES.mac_id),

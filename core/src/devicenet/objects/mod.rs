@@ -22,7 +22,7 @@ use super::protocol::{ContextOf, Devicenet};
 use super::table::Product;
 use crate::time::Instant;
 
-/// The classes.
+/// The classes of the protocol.
 mod class {
     pub const IDENTITY: u8 = 0x01;
     pub const MESSAGE_ROUTER: u8 = 0x02;

@@ -5,7 +5,7 @@ use super::*;
 const LOWER: Name = Name(5);
 const OURS: Name = Name(1 << 63 | 100);
 const HIGHER: Name = Name(1 << 63 | 200);
-/// Not arbitrary address capable.
+/// A NAME that is not arbitrary address capable.
 const FIXED: Name = Name(100);
 
 fn at(ms: u64) -> Instant {

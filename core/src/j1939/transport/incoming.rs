@@ -13,13 +13,13 @@ const TRANSFERS: usize = 3;
 /// The sender of a frame of the transport protocol.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Sender {
-    /// Its address.
+    /// The source address of the frame.
     pub source: u8,
     /// The frame is to us, not to all nodes.
     pub addressed: bool,
 }
 
-/// A transfer in progress.
+/// The transfer of a message of at most `N` bytes to this node.
 #[derive(Clone, Copy, Debug)]
 struct Transfer<const N: usize> {
     /// The end of the time for the next packet; none: no transfer.
@@ -51,7 +51,7 @@ impl<const N: usize> Transfer<N> {
 /// What follows from a received frame.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Reaction {
-    /// Nothing.
+    /// The frame needs no answer.
     None,
     /// This frame must be sent.
     Answer(Packet),
@@ -76,7 +76,7 @@ impl<const N: usize> Incoming<N> {
 
     const PACKETS: u8 = packets(N);
 
-    /// The last complete message.
+    /// The message that was completed last.
     pub fn message(&self) -> [u8; N] {
         let transfer = self.transfers.get(usize::from(self.complete));
         transfer.map_or([0; N], |transfer| transfer.data)

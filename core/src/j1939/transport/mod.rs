@@ -56,43 +56,43 @@ pub enum Reason {
     Busy = 1,
     /// The node has no room for the message.
     Resources = 2,
-    /// A time-out.
+    /// The next packet or CTS did not come in time.
     TimeOut = 3,
     /// A packet has a wrong number.
     Sequence = 7,
 }
 
-/// A TP.CM message.
+/// A message of the connection management (TP.CM).
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Control {
-    /// Request to send.
+    /// RTS: the sender begins a transfer to one node.
     RequestToSend {
         /// The size of the message in bytes.
         size: u16,
-        /// The number of packets.
+        /// The number of packets of the message.
         packets: u8,
         /// The maximum number of packets that one CTS may request.
         limit: u8,
     },
-    /// Clear to send.
+    /// CTS: the receiver permits the next packets.
     ClearToSend {
         /// The number of requested packets; 0 holds the connection.
         count: u8,
         /// The number of the first one.
         next: u8,
     },
-    /// End of message acknowledgement.
+    /// End of message acknowledgement: the receiver has the whole message.
     End {
         /// The size of the message in bytes.
         size: u16,
-        /// The number of packets.
+        /// The number of packets of the message.
         packets: u8,
     },
-    /// Broadcast announce message.
+    /// BAM: the sender begins a transfer to all nodes.
     Broadcast {
         /// The size of the message in bytes.
         size: u16,
-        /// The number of packets.
+        /// The number of packets of the message.
         packets: u8,
     },
     /// Connection abort. The reason of another node is not used.
@@ -144,11 +144,11 @@ impl Control {
 /// A frame of a transfer, without its source address.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Packet {
-    /// TP.CM, otherwise TP.DT.
+    /// Whether it is a TP.CM message; otherwise it is a packet of data (TP.DT).
     pub is_control: bool,
-    /// The receiver.
+    /// The address of the receiver, or [`GLOBAL`](super::identifier::GLOBAL).
     pub destination: u8,
-    /// The data.
+    /// The eight bytes of the frame.
     pub bytes: [u8; 8],
 }
 

@@ -7,24 +7,24 @@ use crate::time::{Deadline, Instant};
 /// The length of the longest message.
 pub const MESSAGE: usize = 80;
 
-/// A message.
+/// The bytes of a message that this node sends.
 pub type Message = heapless::Vec<u8, MESSAGE>;
 
 /// The progress of a transfer.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[repr(u8)] // idle is 0, so that it needs no flash in static memory
 enum Stage {
-    /// No transfer.
+    /// No message is being sent.
     Idle,
     /// RTS or BAM must be sent.
     Announce,
-    /// Waits for the receiver.
+    /// The receiver must answer with CTS or the end of message acknowledgement.
     Wait,
-    /// Packets are sent.
+    /// Packets of data are sent.
     Send {
         /// The number of the next packet.
         next: u8,
-        /// The last one.
+        /// The number of the last packet that the receiver permits.
         last: u8,
     },
 }
