@@ -11,7 +11,7 @@ use crate::board::{self, Board, CanPeripheral, ImuWires, StatusLeds, Switches, W
 use crate::can::Bus;
 use crate::can::mailboxes::Mailboxes;
 use crate::flash::ParameterFlash;
-use crate::imu::Imu;
+use crate::imu::Element;
 use crate::link::Shared;
 use crate::{clock, kept, sleep};
 use core::mem::MaybeUninit;
@@ -25,23 +25,17 @@ use plumbline::node::{Action, BitTime, Boot, BusEvent, Divided};
 use plumbline::store::{Owner, Store};
 use plumbline::time::{Instant, after, earlier, reached};
 
-/// Runs a node without end. `owner` returns the owner of the stored records for a serial number. `store` and `imu` are memory for
+/// Runs a node without end. `owner` returns the owner of the stored records for a serial number. `store` and `element` are memory for
 /// the [`Store`], with a `BUFFER` of the [`STORE_BUFFER`](plumbline::node::CanNode::STORE_BUFFER) of the node, and for the driver of the
 /// accelerometer. `link` is shared with the CAN interrupts. `start_node` starts the node. `TESTS` is 1 if the node requests
 /// self-tests, otherwise 0. `GYROSCOPES` is 1 if it needs the angular rate, otherwise 0. `DETECTS` is true if it detects the bit rate.
 ///
 /// # Safety
 /// Call it only once: it takes all peripherals. A check at run time would need 64 bytes of flash.
-pub unsafe fn run<
-    N: Divided + 'static,
-    const BUFFER: usize,
-    const TESTS: usize,
-    const GYROSCOPES: usize,
-    const DETECTS: bool,
->(
+pub unsafe fn run<N: Divided + 'static, E: Element, const BUFFER: usize, const DETECTS: bool>(
     owner: fn(u32) -> Owner,
     store: &'static mut MaybeUninit<ParameterStore<BUFFER>>,
-    imu: &'static mut MaybeUninit<Imu<TESTS, GYROSCOPES>>,
+    element: &'static mut MaybeUninit<E>,
     node: &'static mut N,
     link: &'static Shared<N>,
     start_node: impl FnOnce(&mut N, Instant, &Boot),
@@ -51,11 +45,11 @@ pub unsafe fn run<
     let Parts {
         mut watchdog,
         store,
-        imu,
+        element,
         leds,
         switches,
         can,
-    } = start(board, owner, store, imu);
+    } = start(board, owner, store, element);
     if N::Application::MEASURES_SUPPLY {
         board::start_adc();
     }
@@ -77,11 +71,11 @@ pub unsafe fn run<
     let Some(bus) = Bus::new(can) else {
         SCB::sys_reset()
     };
-    let mut app = App::<N, _, _, _, DETECTS> {
+    let mut app = App::<N, _, _, DETECTS> {
         driver: Driver::new(TwoPriorities::new(acquisition, link)),
         hardware: Hardware {
             bus,
-            imu,
+            element,
             store,
             leds,
             switches,
@@ -104,10 +98,10 @@ pub unsafe fn run<
 
 /// All parts except the node, ready to run. Large parts are in static memory, so that their size is part of the image and they
 /// are not moved over the stack.
-struct Parts<const BUFFER: usize, const TESTS: usize, const GYROSCOPES: usize> {
+struct Parts<E: Element + 'static, const BUFFER: usize> {
     watchdog: Watchdog,
     store: &'static mut ParameterStore<BUFFER>,
-    imu: &'static mut Imu<TESTS, GYROSCOPES>,
+    element: &'static mut E,
     leds: StatusLeds,
     switches: Switches,
     can: CanPeripheral,
@@ -117,12 +111,12 @@ struct Parts<const BUFFER: usize, const TESTS: usize, const GYROSCOPES: usize> {
 pub type ParameterStore<const BUFFER: usize> = Store<ParameterFlash<board::Flash>, BUFFER>;
 
 /// Performs the boot up to the start of the node.
-fn start<const BUFFER: usize, const TESTS: usize, const GYROSCOPES: usize>(
+fn start<E: Element, const BUFFER: usize>(
     board: Board,
     owner: fn(u32) -> Owner,
     store: &'static mut MaybeUninit<ParameterStore<BUFFER>>,
-    imu: &'static mut MaybeUninit<Imu<TESTS, GYROSCOPES>>,
-) -> Parts<BUFFER, TESTS, GYROSCOPES> {
+    element: &'static mut MaybeUninit<E>,
+) -> Parts<E, BUFFER> {
     let mut watchdog = board.watchdog;
     clock::start(board.systick);
 
@@ -133,11 +127,11 @@ fn start<const BUFFER: usize, const TESTS: usize, const GYROSCOPES: usize>(
     store.prepare();
     watchdog.feed();
 
-    let imu = create_imu(imu, board.imu);
+    let element = create_element(element, board.imu);
     Parts {
         watchdog,
         store,
-        imu,
+        element,
         leds: board.leds,
         switches: board.switches,
         can: board.can,
@@ -154,22 +148,17 @@ fn create_store<const BUFFER: usize>(
 }
 
 /// Creates the driver of the accelerometer in place.
-fn create_imu<const TESTS: usize, const GYROSCOPES: usize>(
-    place: &'static mut MaybeUninit<Imu<TESTS, GYROSCOPES>>,
+fn create_element<E: Element>(
+    place: &'static mut MaybeUninit<E>,
     wires: ImuWires,
-) -> &'static mut Imu<TESTS, GYROSCOPES> {
-    place.write(Imu::new(wires))
+) -> &'static mut E {
+    place.write(E::new(wires))
 }
 
 /// The hardware that the main loop uses.
-struct Hardware<
-    const BUFFER: usize,
-    const TESTS: usize,
-    const GYROSCOPES: usize,
-    const DETECTS: bool,
-> {
+struct Hardware<E: Element + 'static, const BUFFER: usize, const DETECTS: bool> {
     bus: &'static mut Bus,
-    imu: &'static mut Imu<TESTS, GYROSCOPES>,
+    element: &'static mut E,
     store: &'static mut ParameterStore<BUFFER>,
     leds: StatusLeds,
     switches: Switches,
@@ -183,8 +172,8 @@ struct Hardware<
     keeps: bool,
 }
 
-impl<const BUFFER: usize, const TESTS: usize, const GYROSCOPES: usize, const DETECTS: bool> Platform
-    for Hardware<BUFFER, TESTS, GYROSCOPES, DETECTS>
+impl<E: Element, const BUFFER: usize, const DETECTS: bool> Platform
+    for Hardware<E, BUFFER, DETECTS>
 {
     fn step(&mut self, filters: impl FnOnce(&mut dyn FnMut(Filter))) -> bool {
         self.bus.step(filters)
@@ -228,7 +217,7 @@ impl<const BUFFER: usize, const TESTS: usize, const GYROSCOPES: usize, const DET
             Action::Leds(leds) => self.leds.show(leds),
             Action::Termination(on) => self.switches.terminate(on),
             Action::Heater(permille) => self.switches.heat(permille),
-            Action::SelfTest => self.imu.test(),
+            Action::SelfTest => self.element.test(),
             // The driver calls the methods below.
             Action::Save | Action::Restart => {}
         }
@@ -249,27 +238,16 @@ impl<const BUFFER: usize, const TESTS: usize, const GYROSCOPES: usize, const DET
 }
 
 /// The state of the main loop.
-struct App<
-    N: Divided + 'static,
-    const BUFFER: usize,
-    const TESTS: usize,
-    const GYROSCOPES: usize,
-    const DETECTS: bool,
-> {
+struct App<N: Divided + 'static, E: Element + 'static, const BUFFER: usize, const DETECTS: bool> {
     driver: Driver<TwoPriorities<'static, &'static Shared<N>>>,
-    hardware: Hardware<BUFFER, TESTS, GYROSCOPES, DETECTS>,
+    hardware: Hardware<E, BUFFER, DETECTS>,
     sample_due: Instant,
     /// A reading for the measuring half.
     reading: Option<Reading>,
 }
 
-impl<
-    N: Divided + 'static,
-    const BUFFER: usize,
-    const TESTS: usize,
-    const GYROSCOPES: usize,
-    const DETECTS: bool,
-> App<N, BUFFER, TESTS, GYROSCOPES, DETECTS>
+impl<N: Divided + 'static, E: Element + 'static, const BUFFER: usize, const DETECTS: bool>
+    App<N, E, BUFFER, DETECTS>
 {
     /// One iteration of the loop: a small step of each task. Returns true if there can be more to do at once.
     fn turn(&mut self) -> bool {
@@ -305,15 +283,15 @@ impl<
     /// Reads the accelerometer step by step when a sample is due. Returns true if there is more to do at once.
     fn read(&mut self) -> bool {
         let now = clock::now();
-        let imu = &mut *self.hardware.imu;
-        if let Some(working) = imu.tested() {
+        let element = &mut *self.hardware.element;
+        if let Some(working) = element.tested() {
             self.driver.tested(working);
             return true;
         }
-        if imu.busy() {
-            self.reading = imu.step(now);
+        if element.busy() {
+            self.reading = element.step(now);
             if let Some(reading) = &self.reading {
-                if imu.lost() {
+                if element.lost() {
                     self.driver.interrupt();
                 }
                 // The input for a calibration.
@@ -336,7 +314,7 @@ impl<
             self.sample_due = after(now, SAMPLE_PERIOD);
         }
         self.hardware.bus.inspect(now);
-        imu.start(now);
+        element.start(now);
         self.measure_supply();
         true
     }

@@ -5,7 +5,7 @@
 //! contains the pins. A file in `src/bin` selects the product.
 //!
 //! The board is selected by a feature (`bluepill`, `nucleo-f446re`), and the feature `defmt` adds the log. On a PC, only the
-//! modules without hardware access are compiled, for their tests: [`bit_timing`], [`counts`], [`self_test`] and [`silicon`].
+//! modules without hardware access are compiled, for their tests: [`bit_timing`], [`silicon`], and of [`imu`] what has no driver.
 #![cfg_attr(target_os = "none", no_std)]
 
 #[cfg(all(
@@ -28,13 +28,12 @@ pub use cortex_m_rt;
 use plumbline::model::catalog::PRODUCTS;
 use plumbline::store::ImageId;
 
-pub mod bit_timing;
-pub mod counts;
-pub mod self_test;
-pub mod silicon;
-
 #[macro_use]
 mod log;
+
+pub mod bit_timing;
+pub mod imu;
+pub mod silicon;
 
 // The build script sets `board` if the target has no operating system and a board is selected.
 #[cfg(board)]
@@ -47,8 +46,6 @@ pub mod can;
 pub mod clock;
 #[cfg(board)]
 pub mod flash;
-#[cfg(board)]
-pub mod imu;
 #[cfg(board)]
 mod kept;
 #[cfg(board)]
@@ -128,6 +125,26 @@ macro_rules! firmware {
             "the controller must have a bank for each filter"
         );
 
+        /// The driver of the measuring element.
+        #[cfg(target_os = "none")]
+        type Element = $crate::imu::Fitted<
+            { <$node>::HAS_SELF_TEST as usize },
+            { <$node>::HAS_GYROSCOPE as usize },
+        >;
+
+        #[cfg(target_os = "none")]
+        const _: () = {
+            use $crate::imu::Element as Part;
+            assert!(
+                Element::GYROSCOPE || !<$node>::HAS_GYROSCOPE,
+                "this product needs a gyroscope, and the measuring element of this build has none"
+            );
+            assert!(
+                Element::SELF_TEST || !<$node>::HAS_SELF_TEST,
+                "this product needs a self-test, and the measuring element of this build has none"
+            );
+        };
+
         #[cfg(target_os = "none")]
         static LINK: $crate::link::Shared<$node> = $crate::link::Shared::empty();
 
@@ -166,18 +183,13 @@ macro_rules! firmware {
             static mut STORE: core::mem::MaybeUninit<
                 $crate::app::ParameterStore<{ <$node>::STORE_BUFFER }>,
             > = core::mem::MaybeUninit::uninit();
-            static mut IMU: core::mem::MaybeUninit<
-                $crate::imu::Imu<
-                    { <$node>::HAS_SELF_TEST as usize },
-                    { <$node>::HAS_GYROSCOPE as usize },
-                >,
-            > = core::mem::MaybeUninit::uninit();
+            static mut ELEMENT: core::mem::MaybeUninit<Element> = core::mem::MaybeUninit::uninit();
             // SAFETY: `entry` permits no other call of this function.
             unsafe {
-                $crate::app::run::<_, _, _, _, { <$node>::DETECTS }>(
+                $crate::app::run::<_, _, _, { <$node>::DETECTS }>(
                     |serial| <$node>::owner($image, serial),
                     STORE,
-                    IMU,
+                    ELEMENT,
                     NODE,
                     &LINK,
                     |$it: &mut $node, $now, $boot: &_| $start,

@@ -38,8 +38,8 @@ pub use flash::Flash;
 use super::{
     HEATER_PERIOD_US, SPI_CLOCK_HZ, WATCHDOG_PERIOD_MS, log_silicon, note_reset, start_oscillator,
 };
-use crate::counts::Mounting;
 use crate::flash::ParameterFlash;
+use crate::imu::mounting::Mounting;
 use crate::imu::{SpiError, Wires};
 use crate::silicon;
 use cortex_m::peripheral::SYST;

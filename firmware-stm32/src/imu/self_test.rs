@@ -1,15 +1,15 @@
-//! The self-test of the accelerometer (datasheet, "Accelerometer self-test"): the accelerometer applies a known force to its
-//! seismic mass, and the mean of some readings must change by the amount in [`plumbline::measure::self_test`].
+//! The self-test of the accelerometer: the part applies a known force to its seismic mass, and the mean of some readings must change by
+//! the amount in its datasheet ([`judge`]).
 //!
 //! ```text
-//!  at +-4 g      at rest       at +-4 g      pushed        at +-8 g
+//!  for the test  at rest       for the test  pushed        for measuring
 //!  settling 40   mean of 128   settling 40   mean of 128   settling 40    readings of 5 ms: 1.9 s
 //! ```
 //!
-//! The range is +-4 g, for which the datasheet specifies the change. The settling time is 200 ms; the datasheet specifies 100 ms, and the values of the last 24 ms are part of a reading.
+//! The settling time is 200 ms. The datasheet of the ISM330DHCX specifies 100 ms, and the values of the last 24 ms are part of a reading.
 
 use plumbline::measure::I32x3;
-use plumbline::measure::self_test::{Working, judge};
+use plumbline::measure::self_test::{Limits, Working, judge};
 
 /// The number of readings skipped after each change.
 const SETTLING: u8 = 40;
@@ -54,6 +54,9 @@ enum Stage {
 /// A running test.
 #[derive(Clone, Debug)]
 pub struct SelfTest {
+    limits: &'static Limits,
+    /// The base-2 logarithm of the range for measuring, divided by the range for the test.
+    narrowed: u32,
     stage: Stage,
     /// The number of readings in this stage.
     readings: u8,
@@ -66,9 +69,12 @@ pub struct SelfTest {
 }
 
 impl SelfTest {
-    /// A test that begins with the next reading.
-    pub const fn begin() -> Self {
+    /// A test of a part with these limits, which begins with the next reading. During the test the range is smaller by a factor of
+    /// 2^`narrowed`.
+    pub const fn begin(limits: &'static Limits, narrowed: u32) -> Self {
         Self {
+            limits,
+            narrowed,
             stage: Stage::Begin,
             readings: 0,
             mean: ZERO,
@@ -87,7 +93,8 @@ impl SelfTest {
         self.held
     }
 
-    /// Processes the acceleration of a reading. It is in the units of the range +-8 g, also while the range is +-4 g.
+    /// Processes the acceleration of a reading. Its unit is that of the range for measuring, also in the
+    /// range for the test.
     pub fn step(&mut self, acceleration: I32x3) -> Step {
         if self.stage != Stage::Begin {
             self.readings += 1;
@@ -97,10 +104,10 @@ impl SelfTest {
             if self.stage == Stage::Back {
                 return Step::Done(self.working);
             }
-            // At +-4 g a count is half the acceleration.
-            self.mean.x += acceleration.x >> (MEAN + 1);
-            self.mean.y += acceleration.y >> (MEAN + 1);
-            self.mean.z += acceleration.z >> (MEAN + 1);
+            let share = MEAN + self.narrowed;
+            self.mean.x += acceleration.x >> share;
+            self.mean.y += acceleration.y >> share;
+            self.mean.z += acceleration.z >> share;
             if self.readings < SETTLING + (1 << MEAN) {
                 return Step::None;
             }
@@ -115,7 +122,7 @@ impl SelfTest {
                 (Stage::Pushed, SetUp::Test { pushed: true })
             }
             Stage::Pushed | Stage::Back => {
-                self.working = judge(self.at_rest, self.mean);
+                self.working = judge(self.limits, self.at_rest, self.mean);
                 (Stage::Back, SetUp::Normal)
             }
         };
@@ -131,9 +138,12 @@ mod tests {
     use super::*;
     use plumbline::measure::ONE_G;
 
+    /// The limits of the datasheets.
+    const ISM330DHCX: Limits = Limits::milli_g([(90, 1700); 3]);
+
     /// Runs a test of an accelerometer with a test force of `push` mg on its axes. Returns the result and the number of readings.
     fn run(push: [i32; 3]) -> (Working, usize) {
-        let mut test = SelfTest::begin();
+        let mut test = SelfTest::begin(&ISM330DHCX, 1);
         let mut set_up = SetUp::Normal;
         let rest = [100, -200, 1000];
         for readings in 1..1000 {

@@ -1,9 +1,10 @@
 //! The FIFO: its steps, the words in it and the readings of them.
 
+use super::counts::{self, WORD, Word};
+use super::driver::{Gyroscope, Ism330dhcx, State};
 use super::registers::READ;
-use super::{Gyroscope, Imu, State, Wires};
 use crate::board::MOUNTING;
-use crate::counts::{self, WORD, Word};
+use crate::imu::Wires;
 use ism330dhcx_rs::blocking::prelude::Reg;
 use plumbline::measure::{I32x3, Reading};
 use plumbline::time::Instant;
@@ -26,15 +27,10 @@ pub(super) enum Step {
     Evaluate,
 }
 
-impl<const TESTS: usize, const GYROSCOPES: usize> Imu<TESTS, GYROSCOPES> {
-    /// True while the FIFO is read.
-    pub fn busy(&self) -> bool {
-        !matches!(self.step, Step::None)
-    }
-
+impl<const TESTS: usize, const GYROSCOPES: usize> Ism330dhcx<TESTS, GYROSCOPES> {
     /// Performs one step of reading the FIFO. Returns a reading if one is complete, unless the accelerometer is missing or
     /// settling.
-    pub fn step(&mut self, now: Instant) -> Option<Reading> {
+    pub(super) fn read_on(&mut self, now: Instant) -> Option<Reading> {
         let (first, second) = self.bytes.split_at_mut(WORD / 2);
         match self.step {
             Step::None => return None,
@@ -101,12 +97,6 @@ impl<const TESTS: usize, const GYROSCOPES: usize> Imu<TESTS, GYROSCOPES> {
             };
             self.resampler.restart();
         }
-    }
-
-    /// Returns true once if values were lost before the last reading.
-    pub fn lost(&mut self) -> bool {
-        let gyroscope = self.gyroscope.first_mut();
-        gyroscope.is_some_and(|gyroscope| core::mem::take(&mut gyroscope.lost))
     }
 
     /// Processes a word. Returns a reading if one is complete.

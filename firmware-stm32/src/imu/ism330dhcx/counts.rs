@@ -18,33 +18,8 @@
 //!
 //! Data rate: the nominal 6667 Hz / 8, changed by 0.15 % for each unit of INTERNAL_FREQ_FINE (AN5398, "Timestamp and FIFO").
 
+use crate::imu::mounting::{Mounting, mounted};
 use plumbline::measure::I32x3;
-
-/// The axis and direction of the accelerometer that correspond to an axis of the sensor.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum Axis {
-    /// +X of the accelerometer.
-    X,
-    /// +Y of the accelerometer.
-    Y,
-    /// +Z of the accelerometer.
-    Z,
-    /// -X of the accelerometer.
-    NegativeX,
-    /// -Y of the accelerometer.
-    NegativeY,
-    /// -Z of the accelerometer.
-    NegativeZ,
-}
-
-/// The mounting of the accelerometer: X, Y and Z of the sensor as axes of the accelerometer. They must be right-handed.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub struct Mounting(pub [Axis; 3]);
-
-impl Mounting {
-    /// The axes of the accelerometer are those of the sensor.
-    pub const ALIGNED: Self = Self([Axis::X, Axis::Y, Axis::Z]);
-}
 
 /// The number of bytes in the transfer of a word: the address byte, the tag and the data.
 pub const WORD: usize = 1 + 7;
@@ -149,31 +124,10 @@ const fn rate_units(counts: i32) -> i32 {
     ((counts as i64 * 9175) >> 16) as i32
 }
 
-/// The values along the axes of the sensor.
-fn mounted(counts: I32x3, mounting: Mounting, units: impl Fn(i32) -> i32) -> I32x3 {
-    let [x, y, z] = mounting.0;
-    I32x3 {
-        x: along(x, counts, &units),
-        y: along(y, counts, &units),
-        z: along(z, counts, &units),
-    }
-}
-
-/// The value along one axis.
-fn along(axis: Axis, counts: I32x3, units: &impl Fn(i32) -> i32) -> i32 {
-    match axis {
-        Axis::X => units(counts.x),
-        Axis::Y => units(counts.y),
-        Axis::Z => units(counts.z),
-        Axis::NegativeX => -units(counts.x),
-        Axis::NegativeY => -units(counts.y),
-        Axis::NegativeZ => -units(counts.z),
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::imu::mounting::Axis;
     use plumbline::measure::ONE_G;
 
     #[test]
@@ -297,21 +251,5 @@ mod tests {
         assert!(is_clipped([0x7FFF, 0, 0]));
         assert!(is_clipped([0, -0x7FFF, 0]));
         assert!(is_clipped([0, 0, -0x8000]));
-    }
-
-    #[test]
-    fn mounting_rotates_axes() {
-        // The accelerometer is rotated by 90 deg about Z: its Y is X of the sensor, its X is -Y of the sensor.
-        let mounting = Mounting([Axis::Y, Axis::NegativeX, Axis::Z]);
-        let counts = I32x3 {
-            x: 100 << FRACTION,
-            y: 200 << FRACTION,
-            z: 300 << FRACTION,
-        };
-        let turned = acceleration(counts, mounting);
-        let straight = acceleration(counts, Mounting::ALIGNED);
-        assert_eq!(turned.x, straight.y);
-        assert_eq!(turned.y, -straight.x);
-        assert_eq!(turned.z, straight.z);
     }
 }

@@ -1,16 +1,17 @@
 //! The registers of the ISM330DHCX: their values, and the transfers that read and write them.
 
-use super::{Gyroscope, Imu, SpiError, Wires};
+use super::counts;
+use super::driver::{Gyroscope, Ism330dhcx};
 use crate::board::delay;
-use crate::counts;
-use crate::self_test::SetUp;
+use crate::imu::self_test::SetUp;
+use crate::imu::{SpiError, Wires};
 use ism330dhcx_rs::blocking::ISM330DHCX_ID;
 use ism330dhcx_rs::blocking::prelude::{
     BdrGy, BdrXl, Ctrl1Xl, Ctrl2G, Ctrl3C, Ctrl4C, Ctrl5C, Ctrl9Xl, FifoCtrl3, FifoCtrl4, FifoMode,
     FsGy, FsXl, OdrGy, OdrTBatch, OdrXl, Reg, StXl,
 };
 
-impl<const TESTS: usize, const GYROSCOPES: usize> Imu<TESTS, GYROSCOPES> {
+impl<const TESTS: usize, const GYROSCOPES: usize> Ism330dhcx<TESTS, GYROSCOPES> {
     /// Resets the accelerometer and configures it. Returns false if it does not answer with its identifier. `booted` is true if it is not
     /// in its boot.
     ///
