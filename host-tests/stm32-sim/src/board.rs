@@ -93,21 +93,15 @@ pub(super) fn pulses_are_connected(chip: Chip, gpio: &Gpio) -> bool {
 }
 
 /// True when the clock of the SPI is slow enough for the speed of its pins. At low speed the edges of SCK at a pin of the STM32F446 are
-/// late, and the last bit of a transfer is wrong (stm32f4xx-hal, issue 564). On the Blue Pill the speed is that of the output mode, which
-/// is not checked.
+/// late, and the last bit of a transfer is wrong (stm32f4xx-hal, issue 564).
 pub(super) fn spi_pins_are_fast_enough(chip: Chip, gpio: &Gpio, clock: u32) -> bool {
-    /// The highest frequency by GPIOx_OSPEEDR (DS10693, I/O AC characteristics, 50 pF, 2.7 V and more).
-    const FASTEST: [u32; 4] = [4_000_000, 25_000_000, 50_000_000, 100_000_000];
-    match chip {
-        Chip::F103 => true,
-        Chip::F446 => {
-            let [clock_pin, _, data_pin] = nucleo::SPI;
-            [clock_pin, data_pin].into_iter().all(|(pin, _)| {
-                let speed = gpio.speed(pin).unwrap_or(0);
-                clock <= FASTEST[usize::from(speed & 0b11)]
-            })
-        }
-    }
+    let outputs = match chip {
+        Chip::F103 => [Pin(PortName::A, 5), Pin(PortName::A, 7)],
+        Chip::F446 => [nucleo::SPI[0].0, nucleo::SPI[2].0],
+    };
+    outputs
+        .into_iter()
+        .all(|pin| clock <= gpio.highest_frequency(pin))
 }
 
 fn has_function(gpio: &Gpio, (pin, function): (Pin, u8)) -> bool {

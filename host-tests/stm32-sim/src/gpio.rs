@@ -254,11 +254,16 @@ impl Gpio {
         }
     }
 
-    /// The speed of an output: GPIOx_OSPEEDR, 0 (low) to 3 (very high). None on the STM32F103.
-    pub fn speed(&self, Pin(port, pin): Pin) -> Option<u8> {
+    /// The highest frequency of an output in Hz, by its speed (RM0008, GPIOx_CRL; DS10693, I/O AC characteristics, 50 pF, 2.7 V and
+    /// more); 0 for an input.
+    pub fn highest_frequency(&self, Pin(port, pin): Pin) -> u32 {
         match &self.ports[port as usize].modes {
-            Modes::F103(_) => None,
-            Modes::F446(modes) => Some(modes.speed(pin)),
+            Modes::F103(modes) => {
+                [0, 10_000_000, 2_000_000, 50_000_000][(modes >> (4 * pin) & 0b11) as usize]
+            }
+            Modes::F446(modes) => {
+                [4_000_000, 25_000_000, 50_000_000, 100_000_000][usize::from(modes.speed(pin))]
+            }
         }
     }
 

@@ -26,19 +26,26 @@
 //!
 //! The axes of the part are those of the sensor. Other registers read as 0; an access to one is recorded
 //! ([`Ism330dhcx::take_unmodelled`]).
+//!
+//! It can be another part with the same identifier ([`Sibling`]), and it can have a [`Fault`].
 
 mod digits;
+mod fault;
 mod fifo;
 mod filter;
 mod sampling;
+mod sibling;
 #[cfg(test)]
 mod tests;
 
 use super::spi::SpiPart;
 use super::timebase::{MICROSECOND, Picoseconds};
 use bench::motion::Motion;
+pub use fault::Fault;
+use fault::Line;
 use plumbline::time::Instant;
 use sampling::Sampling;
+pub use sibling::Sibling;
 use std::fmt;
 
 const FUNC_CFG_ACCESS: u8 = 0x01;
@@ -91,37 +98,6 @@ const BOOT_TIME: Picoseconds = 10_000 * MICROSECOND;
 /// The value read from a part that is not mounted or not selected: the line floats high.
 const NOTHING: u8 = 0xFF;
 
-/// A fault of the part.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum Fault {
-    /// Nothing.
-    None,
-    /// It does not answer: every byte reads as this value, FFh or 00h.
-    Silent(u8),
-    /// Its data-ready flags are set, but its values do not change after the first one.
-    Frozen,
-    /// Its oscillator has stopped: it answers, but there are no samples.
-    Stopped,
-    /// Its gyroscope has stopped; the accelerometer and the thermometer work.
-    WithoutRate,
-}
-
-impl Fault {
-    /// The fault at this time: `own`, or that of the motion.
-    fn at(now: Picoseconds, own: Self, motion: &dyn Motion) -> Self {
-        if own != Self::None {
-            return own;
-        }
-        match motion.fault(Instant::from_ticks(now / MICROSECOND)) {
-            Some(bench::fault::Fault::Silent) => Self::Silent(NOTHING),
-            Some(bench::fault::Fault::Frozen) => Self::Frozen,
-            Some(bench::fault::Fault::Stopped) => Self::Stopped,
-            // The readings of the motion have it.
-            Some(bench::fault::Fault::Zero) | None => Self::None,
-        }
-    }
-}
-
 /// The state of a transfer.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 enum Transfer {
@@ -136,6 +112,7 @@ pub struct Ism330dhcx {
     motion: Box<dyn Motion>,
     mounted: bool,
     fault: Fault,
+    line: Line,
     transfer: Transfer,
     registers: Registers,
     sampling: Sampling,
@@ -185,6 +162,7 @@ impl Ism330dhcx {
             motion,
             mounted: true,
             fault: Fault::None,
+            line: Line::default(),
             transfer: Transfer::Idle,
             registers: Registers::RESET,
             sampling: Sampling::default(),
@@ -205,12 +183,6 @@ impl Ism330dhcx {
     /// The supply of the sensor in the scene, in mV.
     pub fn supply(&mut self, now: Picoseconds) -> u16 {
         self.motion.supply(Instant::from_ticks(now / MICROSECOND))
-    }
-
-    /// Sets its fault from `now` on.
-    pub fn set_fault(&mut self, now: Picoseconds, fault: Fault) {
-        self.settle(now);
-        self.fault = fault;
     }
 
     /// From `now` on its oscillator is this many percent faster than nominal (slower if negative).
@@ -287,7 +259,7 @@ impl Ism330dhcx {
     fn read(&mut self, register: u8) -> u8 {
         let user_bank = self.registers.get(FUNC_CFG_ACCESS) & 0xC0 == 0;
         match register {
-            FUNC_CFG_ACCESS => self.registers.get(register),
+            FUNC_CFG_ACCESS if self.sampling.sibling.has_banks() => self.registers.get(register),
             _ if !user_bank => self.refuse(register),
             PIN_CTRL | FIFO_CTRL1..=FIFO_CTRL4 | CTRL1_XL..=CTRL10_C => {
                 self.registers.get(register)
@@ -312,8 +284,9 @@ impl Ism330dhcx {
 
     fn write(&mut self, now: Picoseconds, register: u8, value: u8) {
         let user_bank = self.registers.get(FUNC_CFG_ACCESS) & 0xC0 == 0;
+        let value = value & self.sampling.sibling.bits(register);
         match register {
-            FUNC_CFG_ACCESS => {}
+            FUNC_CFG_ACCESS if self.sampling.sibling.has_banks() => {}
             PIN_CTRL | FIFO_CTRL1..=FIFO_CTRL4 | CTRL1_XL..=CTRL10_C if user_bank => {}
             _ => {
                 self.refuse(register);
@@ -411,7 +384,8 @@ impl SpiPart for Ism330dhcx {
             }
             Transfer::Read(register) => {
                 self.transfer = Transfer::Read(self.next(register));
-                self.read(register)
+                let byte = self.read(register);
+                self.line.carry(register, byte)
             }
             Transfer::Write(register) => {
                 self.transfer = Transfer::Write(self.next(register));

@@ -91,6 +91,11 @@ impl Fifo {
             .push_back([tag | parity, x[0], x[1], y[0], y[1], z[0], z[1]]);
     }
 
+    /// Loses the oldest words.
+    pub(super) fn lose(&mut self, words: usize) {
+        self.words.drain(..words.min(self.words.len()));
+    }
+
     /// FIFO_STATUS1 and FIFO_STATUS2.
     pub(super) fn status(&self) -> [u8; 2] {
         let words = self.words.len() as u16;

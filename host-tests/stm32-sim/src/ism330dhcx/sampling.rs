@@ -5,6 +5,7 @@ use super::Fault;
 use super::digits::Digits;
 use super::fifo::{Fifo, Sensor};
 use super::filter::{LowPass, Memory};
+use super::sibling::Sibling;
 use bench::motion::Motion;
 use plumbline::measure::{I32x3, ONE_G};
 use plumbline::time::Instant;
@@ -18,9 +19,6 @@ const FINE_PERCENT: f64 = 0.15;
 const DIVISORS: [f64; 12] = [
     0.0, 512.0, 256.0, 128.0, 64.0, 32.0, 16.0, 8.0, 4.0, 2.0, 1.0, 512.0,
 ];
-
-/// g per count, by FS_XL: 2, 16, 4 and 8 g (datasheet, LA_So).
-const ACCELERATION_UNITS: [f64; 4] = [61e-6, 488e-6, 122e-6, 244e-6];
 
 /// Micro-degrees per second per count, by FS_G: 250, 500, 1000 and 2000 deg/s (datasheet, G_So).
 const RATE_UNITS: [f64; 4] = [8750.0, 17_500.0, 35_000.0, 70_000.0];
@@ -110,6 +108,7 @@ impl Output {
 pub(super) struct Sampling {
     deviation: f64,
     pub(super) self_test_works: bool,
+    pub(super) sibling: Sibling,
     accelerometer: Clock,
     gyroscope: Clock,
     thermometer: Clock,
@@ -138,10 +137,11 @@ impl Default for Sampling {
         Self {
             deviation: 0.0,
             self_test_works: true,
+            sibling: Sibling::Ism330dhcx,
             accelerometer: Clock::default(),
             gyroscope: Clock::default(),
             thermometer: Clock::default(),
-            acceleration_unit: ACCELERATION_UNITS[0],
+            acceleration_unit: Sibling::Ism330dhcx.units()[0],
             digits: Digits::new(0),
             rate_unit: RATE_UNITS[0],
             low_pass: None,
@@ -160,6 +160,7 @@ impl Sampling {
         *self = Self {
             deviation: self.deviation,
             self_test_works: self.self_test_works,
+            sibling: self.sibling,
             digits: self.digits,
             ..Self::default()
         };
@@ -190,7 +191,7 @@ impl Sampling {
         ctrl8: u8,
         ctrl5: u8,
     ) {
-        self.acceleration_unit = ACCELERATION_UNITS[usize::from(ctrl1 >> 2 & 0b11)];
+        self.acceleration_unit = self.sibling.units()[usize::from(ctrl1 >> 2 & 0b11)];
         let cutoff = CUTOFFS[usize::from(ctrl8 >> 5)];
         self.low_pass = (ctrl1 & 0b10 != 0).then(|| LowPass::new(1.0 / cutoff));
         self.self_test = match ctrl5 & 0b11 {
@@ -305,7 +306,11 @@ impl Sampling {
             }
         }
         let rate = self.accelerometer.rate;
-        let counts = self.digits.of(values, rate, self.acceleration_unit);
+        let mut counts = self.digits.of(values, rate, self.acceleration_unit);
+        counts[self.sibling.axes()..].fill(0);
+        if let Fault::Stuck(axis, count) = fault {
+            counts[axis] = count;
+        }
         self.status.acceleration |= set(&mut self.outputs[4..], counts, fault);
         let number = self.accelerometer.samples;
         self.batch(Sensor::Accelerometer, number, fault);

@@ -1,3 +1,5 @@
+mod faults;
+
 use super::super::timebase::SECOND;
 use super::*;
 use plumbline::measure::{I32x3, ONE_G, Reading};
@@ -355,28 +357,6 @@ fn self_test_moves_axes_within_limits() {
             .all(|mg| (-1700.0..-90.0).contains(mg))
     );
     assert!(change(false, 0b01).iter().all(|mg| mg.abs() < 90.0));
-}
-
-#[test]
-fn faults_affect_readings() {
-    let mut bench = Bench::new();
-    bench.write(0x10, &[ON]);
-    bench.pass(10 * MILLISECOND);
-    let before = bench.acceleration();
-    for byte in [0x00, 0xFF] {
-        bench.part.set_fault(bench.now, Fault::Silent(byte));
-        assert_eq!(bench.read::<2>(0x0F), [byte; 2]);
-    }
-    bench.motion.0.set([4900 * 61; 3]);
-    bench.part.set_fault(bench.now, Fault::Frozen);
-    bench.pass(10 * MILLISECOND);
-    assert_eq!((bench.status() & 1, bench.acceleration()), (1, before));
-    bench.part.set_fault(bench.now, Fault::Stopped);
-    bench.pass(10 * MILLISECOND);
-    assert_eq!(bench.status() & 1, 0);
-    bench.part.set_fault(bench.now, Fault::None);
-    bench.pass(10 * MILLISECOND);
-    assert_eq!(bench.acceleration(), [4900; 3]);
 }
 
 #[test]

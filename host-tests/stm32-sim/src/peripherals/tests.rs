@@ -186,6 +186,16 @@ fn accelerometer_does_not_answer_without_chip_select_or_pins() {
     assert_eq!(bench.who_am_i(), 0xFF);
 }
 
+/// Pins of 2 MHz (RM0008, GPIOx_CRL), SCK has 4 MHz.
+#[test]
+fn slow_pins_of_the_spi_are_violation() {
+    let mut bench = Bench::with_spi();
+    bench.write(GPIOA, 0xA4A3_4444);
+    bench.who_am_i();
+    let reason = "the pins of the SPI are too slow for its clock";
+    assert!(bench.reasons().contains(&reason), "{:?}", bench.reasons());
+}
+
 #[test]
 fn chip_select_within_frame_and_unknown_register_are_violations() {
     let mut bench = Bench::with_spi();

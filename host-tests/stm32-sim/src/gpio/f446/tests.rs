@@ -67,9 +67,9 @@ fn output_speed_and_alternate_function_follow_registers() {
     assert_eq!(gpio.alternate(pin), None, "MODER selects an output");
     write(&mut gpio, PortName::B, 0x00, 0x0800_0280);
     assert_eq!((gpio.alternate(pin), gpio.output(pin)), (Some(5), None));
-    assert_eq!(gpio.speed(pin), Some(0));
+    assert_eq!(gpio.highest_frequency(pin), 4_000_000);
     write(&mut gpio, PortName::B, 0x08, 0x0C00_00C0);
-    assert_eq!(gpio.speed(pin), Some(3));
+    assert_eq!(gpio.highest_frequency(pin), 100_000_000);
 }
 
 #[test]

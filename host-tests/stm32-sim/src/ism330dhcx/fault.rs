@@ -1,0 +1,127 @@
+//! Faults of the part, and of the line on which it answers.
+
+use super::{Ism330dhcx, Sibling};
+use crate::timebase::{MICROSECOND, Picoseconds};
+use bench::motion::Motion;
+use plumbline::time::Instant;
+
+/// A fault of the part.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Fault {
+    /// Nothing.
+    None,
+    /// It does not answer: every byte reads as this value, FFh or 00h.
+    Silent(u8),
+    /// Its data-ready flags are set, but its values do not change after the first one.
+    Frozen,
+    /// The acceleration of one axis (0: X, 2: Z) has always this count.
+    Stuck(usize, i16),
+    /// Its oscillator has stopped: it answers, but there are no samples.
+    Stopped,
+    /// Its gyroscope has stopped; the accelerometer and the thermometer work.
+    WithoutRate,
+}
+
+impl Fault {
+    /// The fault at this time: `own`, or that of the motion.
+    pub(super) fn at(now: Picoseconds, own: Self, motion: &dyn Motion) -> Self {
+        if own != Self::None {
+            return own;
+        }
+        match motion.fault(Instant::from_ticks(now / MICROSECOND)) {
+            Some(bench::fault::Fault::Silent) => Self::Silent(super::NOTHING),
+            Some(bench::fault::Fault::Frozen) => Self::Frozen,
+            Some(bench::fault::Fault::Stopped) => Self::Stopped,
+            // The readings of the motion have it.
+            Some(bench::fault::Fault::Zero) | None => Self::None,
+        }
+    }
+}
+
+impl Ism330dhcx {
+    /// Sets its fault from `now` on.
+    pub fn set_fault(&mut self, now: Picoseconds, fault: Fault) {
+        self.settle(now);
+        self.fault = fault;
+    }
+
+    /// Inverts a bit in each `period`-th byte that it sends, each time the next bit; 0: no more.
+    pub fn set_bit_errors(&mut self, period: u32) {
+        self.line.set_errors(period);
+    }
+
+    /// Inverts the bits `mask` of this register the next `times` times that the register is read: a disturbance on the line.
+    pub fn spoil(&mut self, register: u8, mask: u8, times: u32) {
+        self.line.spoil(register, mask, times);
+    }
+
+    /// Inverts the bits `mask` of a control register: a disturbance in the part.
+    pub fn upset(&mut self, now: Picoseconds, register: u8, mask: u8) {
+        self.settle(now);
+        let value = self.registers.get(register) ^ mask;
+        self.write(now, register, value);
+        // Not an access of the firmware.
+        self.unmodelled.clear();
+    }
+
+    /// The value of a control register.
+    pub fn register(&self, register: u8) -> u8 {
+        self.registers.get(register)
+    }
+
+    /// Removes the oldest words from its FIFO.
+    pub fn lose_words(&mut self, now: Picoseconds, words: usize) {
+        self.settle(now);
+        self.sampling.fifo.lose(words);
+    }
+
+    /// Replaces the part by this one, with the same motion.
+    pub fn set_sibling(&mut self, sibling: Sibling) {
+        self.sampling.sibling = sibling;
+    }
+}
+
+/// Bits that change on the line from the part (MISO).
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Line {
+    /// In each `period`-th byte a bit is inverted; 0: in none.
+    period: u32,
+    /// The number of bytes since the last error, and the number of errors.
+    bytes: u32,
+    errors: u32,
+    /// The register of the next bytes with inverted bits, the bits, and their number.
+    register: u8,
+    mask: u8,
+    times: u32,
+}
+
+impl Line {
+    pub(super) fn set_errors(&mut self, period: u32) {
+        self.period = period;
+        self.bytes = 0;
+    }
+
+    pub(super) fn spoil(&mut self, register: u8, mask: u8, times: u32) {
+        self.register = register;
+        self.mask = mask;
+        self.times = times;
+    }
+
+    /// What arrives of a byte from this register.
+    pub(super) fn carry(&mut self, register: u8, byte: u8) -> u8 {
+        let mut arrived = byte;
+        if self.period > 0 {
+            self.bytes += 1;
+            if self.bytes == self.period {
+                arrived ^= 1 << (self.errors % 8);
+                self.errors += 1;
+                self.bytes = 0;
+            }
+        }
+        if self.times > 0 && register == self.register {
+            self.times -= 1;
+            arrived ^= self.mask;
+        }
+        arrived
+    }
+}
