@@ -17,10 +17,9 @@ const FASTEST: i32 = (32_767.0 * 0.035 * 65_536.0) as i32;
 /// The number of values that are there before a reading needs them.
 const AHEAD: u32 = 2;
 
-/// A second in picoseconds.
 const SECOND: u64 = 1_000_000_000_000;
 
-/// The accelerometer.
+/// The accelerometer of a simulated sensor: it has its own clock, data rate and faults.
 pub struct Accelerometer {
     resampler: Resampler<i32, 0>,
     rate: MeanRate<0>,
@@ -31,7 +30,7 @@ pub struct Accelerometer {
     deviation: i32,
     /// A value was clipped since the last reading.
     clipped: bool,
-    /// The last value.
+    /// The last reading. A frozen or silent sensor repeats it.
     last: Option<Reading>,
     /// There was a reading since power-up.
     started: bool,

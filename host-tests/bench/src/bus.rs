@@ -61,22 +61,22 @@ pub struct AdapterId(usize);
 /// The sender of a frame.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Source {
-    /// A sensor.
+    /// A sensor that is [attached](Bus::attach) to the bus.
     Device(DeviceId),
     /// A PLC, a tester or a client.
     Adapter(AdapterId),
 }
 
-/// A completed frame.
+/// A frame that was sent without error, as every node has received it.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Logged {
     /// The start of the frame, to the picosecond.
     pub start: Picoseconds,
     /// The end of the frame.
     pub at: Instant,
-    /// The frame.
+    /// Identifier and data of the frame.
     pub frame: Frame,
-    /// The sender.
+    /// The node that has sent it.
     pub source: Source,
 }
 
@@ -153,12 +153,12 @@ impl Bus {
         DeviceId(self.devices.len() - 1)
     }
 
-    /// A sensor.
+    /// The sensor that [`attach`](Self::attach) gave this id.
     pub fn device(&self, id: DeviceId) -> &dyn Sensor {
         self.devices[id.0].sensor.as_ref()
     }
 
-    /// A sensor, mutable.
+    /// The sensor that [`attach`](Self::attach) gave this id, to change it.
     pub fn device_mut(&mut self, id: DeviceId) -> &mut dyn Sensor {
         self.devices[id.0].sensor.as_mut()
     }
@@ -305,7 +305,7 @@ impl Bus {
         self.disturbances.push(Span { from, to });
     }
 
-    /// The current time.
+    /// The virtual time of the bus, which its sensors also have.
     pub fn now(&self) -> Instant {
         instant(self.time)
     }

@@ -14,7 +14,6 @@ const FIFO: usize = 3;
 /// An interrupt, which calls the driver of the node.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Interrupt {
-    /// A frame was received.
     Received(Frame),
     /// A mailbox has become free; true: its frame ended in a bit error and is not repeated.
     Free(bool),
@@ -55,7 +54,6 @@ impl Controller {
         }
     }
 
-    /// The mailboxes.
     pub(super) fn registers(&self) -> &Registers {
         &self.registers
     }
@@ -223,7 +221,6 @@ impl Controller {
         self.events.pop_front()
     }
 
-    /// The next interrupt.
     pub(super) fn take_interrupt(&mut self) -> Option<Interrupt> {
         if let Some(frame) = self.fifo.pop_front() {
             return Some(Interrupt::Received(frame));

@@ -8,7 +8,7 @@ use std::str::FromStr;
 /// What an accelerometer does wrong.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Fault {
-    /// It does not answer.
+    /// It does not answer on the SPI.
     Silent,
     /// Its values do not change. They look like new ones.
     Frozen,
@@ -36,9 +36,9 @@ impl Fault {
 /// A fault and the time at which it begins: the argument of `--fault`.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct FaultFrom {
-    /// The fault.
+    /// What is wrong from then on.
     pub fault: Fault,
-    /// Its begin.
+    /// The virtual time at which it begins.
     pub from: Instant,
 }
 
@@ -75,7 +75,7 @@ pub struct Faulty<M> {
 }
 
 impl<M: Motion> Faulty<M> {
-    /// Adds these faults.
+    /// `motion` with these faults, in any order.
     pub fn new(motion: M, faults: &[FaultFrom]) -> Self {
         let mut faults = faults.to_vec();
         faults.sort_by_key(|fault| fault.from);

@@ -24,7 +24,7 @@ use std::path::Path;
 /// The reason for a failed operation.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum FlashError {
-    /// The power is off.
+    /// The power is off, or was cut during an operation.
     PowerCut,
     /// A half-word that is not erased cannot be programmed to anything but 0000h (STM32F103).
     NotErased,
@@ -43,7 +43,7 @@ impl NorFlashError for FlashError {
     }
 }
 
-/// Two pages of flash.
+/// The two pages or sectors of flash with the records of a node. Operations can fail, and the power can be cut at any byte.
 #[derive(Debug)]
 pub struct Flash {
     geometry: Geometry,
@@ -76,7 +76,7 @@ impl Flash {
         Self::with_content(Geometry::STM32F103, bytes)
     }
 
-    /// An erased memory.
+    /// A memory in which nothing was programmed: all bytes are FFh.
     pub fn blank(geometry: Geometry) -> Self {
         Self::with_content(geometry, vec![0xFF; geometry.size()])
     }
@@ -134,7 +134,7 @@ impl Flash {
         })
     }
 
-    /// The pages.
+    /// Number and size of the pages, and the unit of programming.
     pub fn geometry(&self) -> Geometry {
         self.geometry
     }
@@ -144,12 +144,12 @@ impl Flash {
         &self.bytes
     }
 
-    /// Bytes programmed so far.
+    /// The number of bytes that were programmed since the start, as a measure of wear.
     pub fn programmed(&self) -> u64 {
         self.programmed
     }
 
-    /// Pages erased so far.
+    /// The number of pages that were erased since the start.
     pub fn erased(&self) -> u64 {
         self.erased
     }

@@ -1,4 +1,4 @@
-//! The source of readings.
+//! What moves a sensor: the source of its readings.
 
 use crate::fault::Fault;
 use plumbline::measure::Reading;

@@ -42,7 +42,7 @@ pub struct NodeType {
 /// The way to start a node.
 #[derive(Clone, Copy, Debug)]
 pub enum Starts {
-    /// A product.
+    /// A product, which has its start in its own table.
     Product(&'static Product),
     /// A function, for a node that is not a product.
     Function(fn(Instant, &Boot) -> Box<dyn Node>),

@@ -56,7 +56,7 @@ pub enum SceneError {
     File(String),
 }
 
-/// The argument of `--scene`.
+/// The argument of `--scene`: a constant tilt or a recording.
 #[derive(Clone, PartialEq, Debug)]
 pub enum SceneArgument {
     /// `tilt=X,Y`, in degrees.
@@ -177,13 +177,13 @@ impl Motion for Scene {
 /// A reading in g, deg/s and degC, and the supply.
 #[derive(Clone, Copy, PartialEq, Debug)]
 struct Sample {
-    /// Specific force in g.
+    /// The specific force along each axis, in g.
     force: [f64; 3],
-    /// Angular rate in deg/s.
+    /// The angular rate about each axis, in deg/s.
     rate: [f64; 3],
-    /// Temperature in degC.
+    /// The temperature of the measuring cell in degC.
     temperature: f64,
-    /// Supply in V.
+    /// The supply voltage in V.
     supply: f64,
 }
 

@@ -34,13 +34,13 @@ pub mod command {
 /// An input of a node.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub enum Entry {
-    /// A frame was received.
+    /// The node has received this frame.
     Frame(Frame),
     /// An event on the bus.
     Event(BusEvent),
-    /// A reading.
+    /// The accelerometer has a reading.
     Sample,
-    /// A save has ended.
+    /// A save has ended with this result.
     Stored(Result<(), StoreError>),
 }
 

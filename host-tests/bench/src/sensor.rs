@@ -12,10 +12,10 @@ use std::collections::VecDeque;
 
 /// A sensor that can be attached to a [`Bus`](super::Bus).
 pub trait Sensor: Any {
-    /// Switches the power on.
+    /// Switches the supply on. The node starts with the content of its memory.
     fn power_on(&mut self, now: Instant);
 
-    /// Switches the power off.
+    /// Switches the supply off: the node is gone, and its memory stays.
     fn power_off(&mut self, now: Instant);
 
     /// True while the power is on.
@@ -105,6 +105,6 @@ pub trait Sensor: Any {
     /// Replaces the motion of the sensor from now on.
     fn set_motion(&mut self, motion: Box<dyn Motion>);
 
-    /// The nonvolatile memory.
+    /// The nonvolatile memory, to read it or to cause faults.
     fn flash(&mut self) -> &mut Flash;
 }

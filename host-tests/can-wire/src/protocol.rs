@@ -60,7 +60,7 @@ pub enum ErrorCode {
     Stuff = 1,
     /// A bit of fixed value was wrong.
     Form = 2,
-    /// No acknowledge.
+    /// No other node acknowledged the frame.
     Acknowledgment = 3,
     /// Recessive was sent, dominant was on the wire.
     BitRecessive = 4,
@@ -166,7 +166,7 @@ impl Protocol {
         self.outgoing.is_some()
     }
 
-    /// The fault confinement state.
+    /// Error active, error passive or bus-off, from the error counters.
     pub fn state(&self) -> BusState {
         self.confinement.state()
     }
@@ -191,7 +191,7 @@ impl Protocol {
         self.clock.timing()
     }
 
-    /// True in listen-only mode.
+    /// Whether it is in listen-only mode: it sends neither frames nor acknowledges.
     pub fn is_silent(&self) -> bool {
         self.silent
     }

@@ -274,7 +274,6 @@ fn quoted(text: &str) -> String {
     format!("\"{text}\"")
 }
 
-/// Begins a section.
 fn section(text: &mut String, name: &str) {
     writeln!(text, "\n[{name}]").unwrap();
 }

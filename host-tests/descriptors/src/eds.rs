@@ -16,7 +16,7 @@ use std::fmt::Write;
 
 /// CiA 306 requires a date and a time; they are fixed, so that the same table always gives the same file.
 const TIME: &str = "12:00PM";
-/// Month, day, year.
+/// In the format MM-DD-YYYY of CiA 306.
 const DATE: &str = "11-21-2026";
 
 /// The flag of an object that is not written when a configuration is downloaded (CiA 306, ObjFlags).
@@ -68,7 +68,6 @@ pub fn eds(name: &str, product: &Product, tables: &Tables, variant: Option<&Vari
     text.trim_end().replace('\n', "\r\n") + "\r\n"
 }
 
-/// Begins a section.
 fn section(text: &mut String, name: &str) {
     writeln!(text, "[{name}]").unwrap();
 }

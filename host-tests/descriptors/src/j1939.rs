@@ -16,10 +16,10 @@ use plumbline::model::listing::canopen::J1939Tables;
 use plumbline::param::Setting;
 use std::fmt::Write;
 
-/// The only node.
+/// The name of the sensor in the database, which has no other node.
 const NODE: &str = "Sensor";
 
-/// The figures of merit.
+/// The names of the values of a figure of merit.
 const MERITS: &str = "0 \"fully functional\" 1 \"degraded\" 2 \"error\" 3 \"not available\"";
 
 /// What 0 and 1 mean as a compensation is not known.
@@ -241,7 +241,7 @@ impl Database {
         self.messages.push('\n');
     }
 
-    /// Address and NAME of the node.
+    /// The address and the fields of the NAME, as attributes of the node.
     fn node(&mut self, address: u8, name: [u32; 8]) {
         let address = ("NmStationAddress", u32::from(address));
         let fields = NAME
@@ -311,7 +311,7 @@ fn signals(text: &mut String, group: &Group) {
     text.push('\n');
 }
 
-/// Factor, offset and unit.
+/// The factor, the offset and the unit of a signal.
 fn scale(signal: &Signal) -> (f64, f64, &'static str) {
     match signal.contents {
         Contents::Value {

@@ -21,7 +21,7 @@ use plumbline::model::listing::canopen::Variant;
 pub struct File {
     /// Its name, for example `is2.dbc`.
     pub name: String,
-    /// Its content.
+    /// The text of the file, with the line ends that its format requires.
     pub text: String,
 }
 

@@ -16,7 +16,7 @@ use std::fmt::Write;
 pub struct Table {
     /// What its rows are, for example `parameters`.
     pub title: &'static str,
-    /// The table in Markdown.
+    /// The table as Markdown, without a heading.
     pub text: String,
 }
 

@@ -57,7 +57,7 @@ impl<'a> Described<'a> {
         number.unwrap_or_else(|| Number::any(self.object.name, self.object.data_type))
     }
 
-    /// The name.
+    /// The name of the parameter or the quantity, or else of the object.
     pub fn name(&self) -> &'static str {
         self.number().name
     }
@@ -67,7 +67,7 @@ impl<'a> Described<'a> {
         self.number().unit
     }
 
-    /// The type.
+    /// The type in the object dictionary.
     pub fn data_type(&self) -> DataType {
         let Product {
             parameters,

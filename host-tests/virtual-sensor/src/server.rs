@@ -53,13 +53,13 @@ const PAUSE_UNSEEN: Duration = Duration::from_millis(20);
 
 /// Events from outside the bus.
 enum Event {
-    /// A client has connected.
+    /// A client has connected with this channel.
     Joined(ClientId, Client),
     /// A client has sent these bytes.
     Input(ClientId, Vec<u8>),
-    /// A client has disconnected.
+    /// A client has closed its connection.
     Left(ClientId),
-    /// Stops the server.
+    /// The program must end.
     Stop,
 }
 
@@ -113,7 +113,7 @@ impl Events {
         self.0.send(event).map_err(|_| Ended)
     }
 
-    /// Stops the server.
+    /// Ends the server after the event that it handles.
     pub fn stop(&self) {
         // If the receiver is gone, the server has already ended.
         let _ = self.send(Event::Stop);
@@ -147,9 +147,9 @@ pub struct Server {
 /// Number of frames on the bus.
 #[derive(Clone, Copy, Default, Debug)]
 struct Traffic {
-    /// Sent to the sensor.
+    /// The number of frames to the sensor.
     received: u64,
-    /// Sent by the sensor.
+    /// The number of frames from the sensor.
     sent: u64,
 }
 
@@ -159,7 +159,7 @@ pub enum RunError {
     /// The log cannot be written.
     #[error("cannot write the log: {0}")]
     Log(#[from] io::Error),
-    /// The firmware cannot continue.
+    /// The simulated program has stopped, for this reason.
     #[error("the firmware {0}")]
     Firmware(String),
 }
@@ -229,7 +229,7 @@ impl Server {
         }
     }
 
-    /// The current bus time.
+    /// The time on the bus: that of the computer, or that of a client (`--clock client`).
     fn now(&self) -> Instant {
         match self.clock {
             Clock::Computer => Instant::from_ticks(self.start.elapsed().as_micros() as u64),

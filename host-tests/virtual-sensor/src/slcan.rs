@@ -78,7 +78,7 @@ enum Mode {
     ListenOnly,
 }
 
-/// The line was refused.
+/// The line is not a command, or not permitted in this state of the channel.
 struct Refused;
 
 impl Channel {

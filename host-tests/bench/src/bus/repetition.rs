@@ -3,7 +3,7 @@
 use super::{Bus, DeviceId};
 use can_wire::protocol::{Picoseconds, Protocol};
 
-/// Attempts without acknowledge.
+/// The attempts to send a frame that no other node acknowledges.
 #[derive(Debug, Default)]
 pub(super) struct Attempts {
     /// The sensor whose attempt has just failed.

@@ -1,4 +1,4 @@
-//! Programming, erasing and reading.
+//! The operations of the driver: programming, erasing and reading, with their faults.
 
 use super::faults::Fuse;
 use super::{Flash, FlashError, PAGE_SIZE};

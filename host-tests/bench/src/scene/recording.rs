@@ -4,7 +4,7 @@ use super::Sample;
 use std::ops::Range;
 use std::path::Path;
 
-/// The columns.
+/// The columns that a file can have, in any order.
 const COLUMNS: [&str; 9] = [
     "t_s", "ax_g", "ay_g", "az_g", "gx_dps", "gy_dps", "gz_dps", "temp_c", "supply_v",
 ];

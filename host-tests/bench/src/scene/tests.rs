@@ -8,7 +8,7 @@ fn first(scene: Result<Scene, SceneError>) -> [f64; 3] {
     force(&scene.unwrap().reading(Instant::from_ticks(0)))
 }
 
-/// The acceleration in g.
+/// The acceleration of a reading in g.
 fn force(reading: &Reading) -> [f64; 3] {
     let a = reading.acceleration;
     [a.x, a.y, a.z].map(|value| f64::from(value) / f64::from(ONE_G))

@@ -5,7 +5,7 @@ use plumbline::can::{BitRate, Frame, standard};
 use plumbline::measure::Reading;
 use plumbline::time::{after, millis};
 
-/// The factory MAC ID.
+/// The MAC ID as delivered.
 const FACTORY: u16 = 63;
 
 struct Wire {

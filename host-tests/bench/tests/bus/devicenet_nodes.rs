@@ -13,7 +13,7 @@ const SLAVES: [u16; 2] = [5, 63];
 /// The MAC IDs of the masters.
 const MASTERS: [u8; 2] = [0x0A, 0x0B];
 
-/// Numbers of messages.
+/// The identifiers of the messages of MAC ID 0.
 const POLL_RESPONSE: u16 = 0x3C0;
 const CHANGE: u16 = 0x340;
 

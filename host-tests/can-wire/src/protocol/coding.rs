@@ -88,7 +88,7 @@ pub(super) struct StuffError;
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub(super) struct Incoming {
     bits: u128,
-    /// Bits without stuff bits.
+    /// The number of bits without stuff bits.
     count: u8,
     /// The length of the current run of equal bits, stuff bits included, and their value.
     run: u8,
@@ -125,7 +125,7 @@ impl Incoming {
         self.crc == 0
     }
 
-    /// Processes the next bit.
+    /// Processes the next bit of a frame. Six equal bits are an error.
     pub(super) fn push(&mut self, bit: bool) -> Result<(), StuffError> {
         if self.stuff_is_due() {
             if bit == self.last {

@@ -13,7 +13,7 @@ pub(super) enum Cost {
     Nothing,
     /// 8 for a transmitter, 1 for a receiver.
     Usual,
-    /// 8 for both.
+    /// 8 for a transmitter and for a receiver.
     Serious,
 }
 

@@ -6,7 +6,7 @@ use super::{Picoseconds, Protocol};
 /// After this the state of a controller is the same again, except for the time and the number of error flags.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Period {
-    /// The length.
+    /// The time after which the state is the same again.
     pub time: Picoseconds,
     error_flags: u64,
 }

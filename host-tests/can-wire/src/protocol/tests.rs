@@ -8,7 +8,7 @@ use super::*;
 use plumbline::can::standard;
 use std::collections::VecDeque;
 
-/// 250 kbit/s.
+/// The length of a bit at 250 kbit/s.
 const BIT: Picoseconds = 4_000_000;
 
 /// The bits that a controller needs to join.
@@ -26,7 +26,7 @@ struct Station {
 struct Wire {
     stations: Vec<Station>,
     dominant: bool,
-    /// Start, end, level.
+    /// Levels that the test forces: start, end, dominant.
     forced: Vec<(Picoseconds, Picoseconds, bool)>,
     /// The time of each change of level.
     changes: Vec<(Picoseconds, bool)>,
@@ -77,7 +77,6 @@ impl Wire {
         stations.chain(forced.filter(|at| *at > self.now)).min()
     }
 
-    /// Runs for this time.
     fn run(&mut self, time: Picoseconds) {
         let end = self.now + time;
         self.settle();

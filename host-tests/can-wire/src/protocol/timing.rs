@@ -8,7 +8,7 @@ pub(super) struct BitClock {
     timing: BitTiming,
     /// The start of the bit that is sampled next; in the future once the previous bit has been sampled.
     start: Picoseconds,
-    /// The last sampled level.
+    /// The level at the last sample point.
     dominant: bool,
     /// There is only one synchronization between two sample points.
     synchronized: bool,
@@ -34,7 +34,6 @@ impl BitClock {
         self.start
     }
 
-    /// The next sample point.
     pub(super) fn sample(&self) -> Picoseconds {
         self.start + self.timing.sample
     }

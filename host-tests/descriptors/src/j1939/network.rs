@@ -7,13 +7,13 @@ use plumbline::j1939::identifier::{
     PROPRIETARY_A, Pgn, REQUEST, SOFTWARE_IDENTIFICATION, TRANSPORT_CONTROL, TRANSPORT_DATA,
 };
 
-/// The other node.
+/// The address of the other node in messages to the sensor.
 const OTHER: u8 = NO_ADDRESS;
 
 /// The priority of the transport protocol.
 const LOWEST: u8 = 7;
 
-/// Who sends a message.
+/// The direction of a message.
 #[derive(Clone, Copy)]
 pub enum Sent {
     /// The sensor, to this address.
@@ -23,7 +23,7 @@ pub enum Sent {
 }
 
 impl Sent {
-    /// Destination and source.
+    /// The destination and the source in the identifier.
     pub fn addresses(self, sensor: u8) -> (u8, u8) {
         match self {
             Self::To(destination) => (destination, sensor),
@@ -35,7 +35,7 @@ impl Sent {
 /// A signal: name, first bit, number of bits, names of values.
 type Field = (&'static str, u8, u8, &'static str);
 
-/// A message.
+/// A message of the network management or of the transport protocol.
 pub struct Layout {
     pub name: &'static str,
     pub pgn: Pgn,

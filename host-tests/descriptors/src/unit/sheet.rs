@@ -32,7 +32,7 @@ const KEYS: [&str; 9] = [
 /// A sheet of values that are not checked yet.
 #[derive(Clone, Debug, Default)]
 pub struct Sheet {
-    /// The product in it.
+    /// The product that the sheet names, if it names one.
     pub product: Option<&'static Product>,
     /// The values by their keys.
     pub values: Vec<(&'static str, Value)>,
@@ -96,7 +96,7 @@ impl Sheet {
     }
 }
 
-/// The sheet of a unit of a product.
+/// The text of a sheet: a line for each value that the unit has, with its place on the bus.
 pub fn sheet(product: &Product, unit: &Unit) -> String {
     let mut text = format!(
         "# The identity of a unit: `plumbline identity --from` and `descriptors --unit` take it. A line that is left out\n# stays as the product has it.\nproduct = \"{}\"\n",

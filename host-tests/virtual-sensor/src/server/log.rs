@@ -15,7 +15,7 @@ use std::time::{Duration, SystemTime, UNIX_EPOCH};
 /// The name of the interface in the log.
 const INTERFACE: &str = "can0";
 
-/// A log file.
+/// A file with the frames on the bus, in the format of candump.
 #[derive(Debug)]
 pub struct Log {
     file: BufWriter<File>,

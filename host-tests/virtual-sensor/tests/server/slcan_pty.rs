@@ -1,4 +1,4 @@
-//! Clients on the pseudoterminal.
+//! Clients that use slcan over the pseudoterminal (`--pty`).
 #![cfg(unix)]
 
 use crate::process::client::{BEL, BOOT_UP, Client, POLL, REPLY};

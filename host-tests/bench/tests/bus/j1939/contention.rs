@@ -11,7 +11,7 @@ use std::collections::BTreeSet;
 /// The rate of SSI2 is 100 ms: 20 nodes with 10 ms exceed 125 kbit/s.
 const SLOW: Objects = &[(0x2104, 1, &[100, 0])];
 
-/// Not arbitrary address capable.
+/// SSI2 every 100 ms, and a NAME that is not arbitrary address capable.
 const FIXED: Objects = &[(0x2104, 1, &[100, 0]), (0x2106, 1, &[0])];
 
 /// All nodes get distinct addresses within this time, in ms.

@@ -9,7 +9,7 @@ use plumbline::time::{after, millis};
 /// SSI2 every 100 ms, recovery from bus-off.
 const RECOVERING: Objects = &[(0x2104, 1, &[100, 0]), (0x3100, 2, &[1])];
 
-/// The same without recovery.
+/// SSI2 every 100 ms, no recovery from bus-off.
 const STAYING: Objects = &[(0x2104, 1, &[100, 0]), (0x3100, 2, &[0])];
 
 /// The claim of the sensor with the serial number 7.

@@ -3,7 +3,7 @@
 use crate::j1939::network::{Network, Objects, answers, frame};
 use bench::Logged;
 
-/// Without process data.
+/// No process data.
 const QUIET: Objects = &[(0x2104, 1, &[0, 0])];
 
 /// The time between two frames of SSI2 may differ from 10 ms by the frames of other groups and nodes.

@@ -92,7 +92,7 @@ impl Network {
         network
     }
 
-    /// Switches another sensor on.
+    /// Switches one more sensor on, with this serial number and memory.
     pub fn attach(&mut self, serial: u32, memory: Flash) -> DeviceId {
         let device = Device::new(&node_type(), serial, memory, Box::new(LEVEL));
         let sensor = self.bus.attach(device);

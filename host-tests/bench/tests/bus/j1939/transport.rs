@@ -4,7 +4,7 @@
 use crate::j1939::network::{Network, Objects, answers, frame, memory};
 use bench::Logged;
 
-/// Without process data.
+/// No process data.
 const QUIET: Objects = &[(0x2104, 1, &[0, 0])];
 
 /// A claim of 80h with the lowest NAME, and the answer of the sensor with the serial number 7.

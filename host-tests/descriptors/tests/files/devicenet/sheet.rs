@@ -83,7 +83,7 @@ pub const TYPES: [(i64, usize, bool); 4] = [
     (0xC7, 2, false),
 ];
 
-/// Bits of the descriptor.
+/// Bits of the descriptor of a parameter.
 pub const ENUMERATED: i64 = 1 << 1;
 pub const READ_ONLY: i64 = 1 << 4;
 pub const MONITOR: i64 = 1 << 5;

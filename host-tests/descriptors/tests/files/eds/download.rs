@@ -14,7 +14,7 @@ const OFF: i64 = 1 << 31;
 /// Bit 30 of the COB-ID of a TPDO: no remote frames.
 const NO_RTR: i64 = 1 << 30;
 
-/// xorshift64.
+/// A generator of pseudorandom numbers (xorshift64).
 struct Random(u64);
 
 impl Random {

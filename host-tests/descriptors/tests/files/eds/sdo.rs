@@ -31,7 +31,7 @@ pub struct Subject {
     pub has_one_axis: bool,
 }
 
-/// ifm's JN2101 (manual 8.1).
+/// ifm's JN2101 as delivered (manual 8.1).
 pub const JN2101: Subject = Subject {
     product: "jn2101",
     node_id: 10,

@@ -8,7 +8,7 @@ pub struct Sheet {
     pub sections: Vec<(String, Vec<(String, String)>)>,
 }
 
-/// Index and sub-index.
+/// The index and the sub-index of an object.
 pub type Address = (u16, u8);
 
 /// An object or sub-index that can be read or written.
@@ -60,7 +60,6 @@ impl DataType {
         }
     }
 
-    /// The bytes of a number.
     pub fn bytes(self, number: i64) -> Vec<u8> {
         number.to_le_bytes()[..self.bits() as usize / 8].to_vec()
     }

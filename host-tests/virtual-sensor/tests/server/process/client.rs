@@ -57,7 +57,7 @@ impl<S: Read + Write> Client<S> {
         }
     }
 
-    /// Sends one line.
+    /// Sends a line of slcan, with the carriage return at its end.
     pub fn say(&mut self, line: &str) {
         self.stream
             .write_all(format!("{line}\r").as_bytes())

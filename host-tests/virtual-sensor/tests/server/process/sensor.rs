@@ -102,7 +102,6 @@ impl Sensor {
         format!("socket://127.0.0.1:{}", self.port)
     }
 
-    /// A new connection.
     pub fn connect(&self) -> TcpStream {
         let stream = TcpStream::connect(("127.0.0.1", self.port)).expect("it listens");
         stream.set_nodelay(true).expect("a socket");
