@@ -53,7 +53,7 @@ pub enum Abort {
     Signature = 0x0800_0020,
     /// Not possible in the present state of the device.
     DeviceState = 0x0800_0022,
-    /// There is no data.
+    /// There is nothing to read, as for an error in the history that did not occur.
     NoData = 0x0800_0024,
 }
 

@@ -28,7 +28,7 @@ pub(super) const INDEX: u16 = 0x1016;
 pub trait Consumers {
     /// The number of entries in 1016h.
     const COUNT: usize;
-    /// No node is monitored.
+    /// No entry is in use: no node is monitored.
     const INITIAL: Self;
 
     /// All entries of 1016h, in the order of their sub-indices.

@@ -10,13 +10,13 @@ use crate::param::{DataType, Parameter, ParameterId, ParameterSet, Quantity, Val
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[repr(u8)]
 pub enum Access {
-    /// Constant.
+    /// A master can read it, and it never changes (`const`).
     Const,
-    /// Read-only.
+    /// A master can only read it (`ro`).
     Ro,
-    /// Write-only.
+    /// A master can only write it (`wo`).
     Wo,
-    /// Read and write.
+    /// A master can read and write it (`rw`).
     Rw,
 }
 
@@ -45,7 +45,7 @@ impl Access {
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[repr(u8)]
 pub enum Service {
-    /// The error register (1001h).
+    /// The error register (1001h): the bits of the active faults.
     ErrorRegister,
     /// The number of errors in the history (1003h:00). Writing 0 clears the history.
     ErrorCount,
@@ -55,7 +55,7 @@ pub enum Service {
     Store,
     /// "load" restores the factory values of the communication profile (1011h:01).
     RestoreCommunication,
-    /// The serial number (1018h:04).
+    /// The serial number (1018h:04) of the unit record, or of the chip.
     SerialNumber,
     /// "save" stores the group of parameters of the sub-index (1010h): 1 all, 2 communication profile, 3 device profile, 4 and following
     /// manufacturer-specific groups ([`GROUPS`](super::Product::GROUPS)).
@@ -81,19 +81,19 @@ impl Service {
 /// The contents of an object.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Target {
-    /// A constant number.
+    /// This number.
     Constant(u32),
     /// This number plus the node-ID (`$NODEID+...`).
     NodeRelative(u32),
-    /// A constant text.
+    /// This text. With a unit record, 1008h, 1009h and 100Ah have its text.
     Text(&'static str),
-    /// A parameter.
+    /// The parameter with this id, in its own type.
     Parameter(ParameterId),
     /// A COB-ID: a parameter. The node-ID is added to its stored or factory value at each start.
     CobId(ParameterId),
     /// A COB-ID that a master can change: a parameter. Its default, the factory value plus the node-ID, follows the node-ID.
     FreeCobId(ParameterId),
-    /// A published value.
+    /// The present number of this quantity, in its own type.
     Value(ValueId),
     /// A command and its state: a write sets the parameter, a read returns the value.
     Command(ParameterId, ValueId),
@@ -115,7 +115,7 @@ pub enum Use {
 /// A command, for documents and tools.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Command {
-    /// What it starts.
+    /// What a write starts, as far as tools must know it.
     pub starts: Starts,
     /// The numbers that can be written, as text.
     pub numbers: &'static str,
@@ -130,14 +130,14 @@ pub enum Starts {
     Reset,
     /// A restore of the factory values of the application.
     Restore,
-    /// Something else.
+    /// Something that tools need not know.
     Other,
 }
 
 /// An object, or several consecutive objects with the same description.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Object {
-    /// The index.
+    /// The index in the object dictionary.
     pub index: u16,
     /// The sub-index, or the first one.
     pub sub: u8,
@@ -149,11 +149,11 @@ pub struct Object {
     pub name: &'static str,
     /// The type of a constant or a service. A parameter or a value has its own type.
     pub data_type: DataType,
-    /// The access type.
+    /// Whether a master can read and write it.
     pub access: Access,
     /// Whether it can be mapped into a PDO.
     pub mappable: bool,
-    /// The contents.
+    /// Where a read gets the value from, and what a write changes.
     pub target: Target,
 }
 

@@ -40,16 +40,16 @@ pub enum Cause {
 pub struct FaultBit {
     /// The name of the fault.
     pub name: &'static str,
-    /// Its cause.
+    /// What sets and clears the fault.
     pub cause: Cause,
-    /// The emergency error code.
+    /// The emergency error code in the first two bytes of the message.
     pub code: u16,
     /// Its bits in the error register, besides bit 0 (generic error).
     pub register: u8,
 }
 
 impl FaultBit {
-    /// A reserved bit.
+    /// A bit that no fault sets.
     pub const RESERVED: Self = Self {
         name: "",
         cause: Cause::Never,
@@ -65,7 +65,7 @@ pub const TEMPERATURE: u8 = 1 << 3;
 /// Bit 4 of the error register: communication.
 pub const COMMUNICATION: u8 = 1 << 4;
 
-/// Received frames were lost.
+/// Received frames were lost (CiA 301: CAN overrun).
 pub const OVERRUN: FaultBit = fault("CAN overrun", Cause::Overrun, 0x8110, COMMUNICATION);
 /// The CAN controller is error passive.
 pub const PASSIVE: FaultBit = fault("CAN error passive", Cause::Passive, 0x8120, COMMUNICATION);
@@ -167,7 +167,6 @@ pub(super) const fn bits_of(bits: &[FaultBit; 8], cause: Cause) -> u8 {
     mask
 }
 
-/// The event with this cause.
 #[allow(clippy::indexing_slicing)] // evaluated at compile time only
 pub(super) const fn event_of(events: &[FaultBit], cause: Cause) -> Option<FaultBit> {
     let mut place = 0;
@@ -200,21 +199,21 @@ const WAITING: usize = 8;
 
 /// The history of errors (1003h).
 pub trait History {
-    /// The empty history.
+    /// The history before the first error.
     const EMPTY: Self;
     /// The maximum number of errors. When the history is full, the oldest error is removed.
     const CAPACITY: usize;
 
-    /// Adds the newest error.
+    /// Adds an error as the newest one. The oldest one goes if there is no room.
     fn push(&mut self, error: u32);
 
-    /// The number of errors.
+    /// The number of errors in it (1003h:00).
     fn count(&self) -> usize;
 
     /// The error at an index; 0 is the newest.
     fn get(&self, place: usize) -> Option<u32>;
 
-    /// Removes all errors.
+    /// Removes all errors, as a write of 0 to 1003h:00 does.
     fn clear(&mut self);
 }
 
@@ -262,7 +261,7 @@ pub(super) struct Emergency<H> {
 }
 
 impl<H: History> Emergency<H> {
-    /// Not started: no faults.
+    /// The state before the start: no fault is active, and no message is sent.
     pub const INITIAL: Self = Self {
         faults: None,
         active: 0,
@@ -388,7 +387,7 @@ impl<H: History> Emergency<H> {
         }
     }
 
-    /// This message was sent.
+    /// Notes that this message was sent: the master knows these faults.
     pub fn told(&mut self, message: &[u8; 8]) {
         let [_, _, _, active, ..] = *message;
         self.told = active;
@@ -417,12 +416,12 @@ impl<H: History> Emergency<H> {
         errors.for_each(|error| self.history.push(error));
     }
 
-    /// Active faults.
+    /// The active faults, as bits of the status byte.
     pub fn active(&self) -> u8 {
         self.active
     }
 
-    /// The error register (1001h).
+    /// The error register (1001h): the bits of all active faults.
     pub fn register(&self) -> u8 {
         let (mut register, mut rest) = (0, self.active);
         while let Some(fault) = self.faults().get(rest.trailing_zeros() as usize) {
@@ -443,7 +442,6 @@ impl<H: History> Emergency<H> {
         place.and_then(|place| self.history.get(place)).unwrap_or(0)
     }
 
-    /// Clears the history.
     pub fn clear_history(&mut self) {
         self.history.clear();
     }

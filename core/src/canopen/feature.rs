@@ -16,7 +16,7 @@ pub trait Feature<T> {
 
 /// The state of a service before the start. If all its bits are 0, it needs no flash.
 pub trait Initial {
-    /// The state.
+    /// The state before the start.
     const INITIAL: Self;
 }
 

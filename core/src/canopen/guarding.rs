@@ -19,7 +19,6 @@ pub struct Guarding {
 }
 
 impl Guarding {
-    /// Life guarding is off.
     pub const OFF: Self = Self {
         life_time: 0,
         toggle: false,
@@ -45,7 +44,6 @@ impl Guarding {
         answer
     }
 
-    /// Restarts the life time.
     fn restart(&mut self, now: Instant) {
         self.until = if self.life_time > 0 {
             Deadline::after(now, millis(self.life_time))

@@ -11,7 +11,7 @@ pub enum State {
     Initialising = 0,
     /// Only NMT and error control are active.
     Stopped = 4,
-    /// All services are active.
+    /// All services are active, also PDOs.
     Operational = 5,
     /// All services except PDOs are active.
     PreOperational = 127,
@@ -31,10 +31,10 @@ const ENTER_PRE_OPERATIONAL: u8 = 128;
 const RESET_NODE: u8 = 129;
 const RESET_COMMUNICATION: u8 = 130;
 
-/// An NMT command.
+/// A command of the NMT master.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Command {
-    /// Enter this state.
+    /// Enter this state: stopped, operational or pre-operational.
     Enter(State),
     /// Reset node: restart with the stored parameters.
     ResetNode,

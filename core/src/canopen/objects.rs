@@ -151,7 +151,6 @@ impl<P: Product> Services<P> {
         }
     }
 
-    /// Writes a parameter.
     fn write(
         &mut self,
         cx: &mut ContextOf<P>,
@@ -293,7 +292,6 @@ impl<P: Product> Services<P> {
         }
     }
 
-    /// Writes an own object.
     fn write_own(
         &mut self,
         cx: &mut ContextOf<P>,

@@ -20,7 +20,7 @@ pub struct Own<A: Application, S, T> {
 
 /// Returns the contents of an own object.
 pub(super) enum Read<A: Application, S, T> {
-    /// It cannot be read.
+    /// The object cannot be read.
     No,
     Number(fn(&S, &Context<A>) -> u32),
     Text(fn(&S, &Context<A>) -> T),

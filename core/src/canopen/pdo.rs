@@ -54,30 +54,28 @@ const CYCLIC: u8 = 240;
 const SYNC_REMOTE: u8 = 252;
 /// The first of two transmission types: the event timer.
 const EVENT: u8 = 254;
-/// The second of them.
+/// The second of two transmission types: the event timer, and changes by [`Triggers::changes`].
 const CHANGE: u8 = 255;
 
 /// The reaction of a TPDO to a SYNC or a remote frame.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Reaction {
-    /// Nothing.
+    /// The TPDO is not sent.
     None,
-    /// Send the present data.
+    /// Send the present data now.
     Send,
     /// Send the present data if it differs from the data sent last.
     SendChanged,
     /// Keep the present data with [`Tpdo::keep`].
     Keep,
-    /// Send the kept data.
+    /// Send the data that an earlier SYNC kept.
     SendKept,
 }
 
 /// The kind of contents of a mapped object.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) enum Source {
-    /// A published value.
     Value,
-    /// A parameter.
     Parameter,
     /// An own object of the product.
     Own,
@@ -102,16 +100,16 @@ pub(super) type Entries = heapless::Vec<Entry, 8>;
 /// [`TpdoArray`] is the implementation. The number of TPDOs and of mapped objects is checked against the dictionary at compile
 /// time.
 pub trait Tpdos {
-    /// The number of TPDOs.
+    /// The number of TPDOs, 1800h and following.
     const COUNT: usize;
     /// The maximum number of mapped objects of a TPDO.
     const ENTRIES: usize;
     /// Whether a master can change the mapping. Then 1A00h and following consist of parameters.
     const DYNAMIC: bool;
-    /// Before the start.
+    /// The state before the start: no TPDO is sent.
     const INITIAL: Self;
 
-    /// The TPDOs.
+    /// All TPDOs, in the order of 1800h and following.
     fn all(&self) -> &[Tpdo];
     /// The TPDOs, to change them.
     fn all_mut(&mut self) -> &mut [Tpdo];
@@ -190,14 +188,14 @@ const VALID: u8 = 1 << 1;
 pub(super) const MAPPED: u8 = 1 << 2;
 const ALL: u8 = OPERATIONAL | VALID | MAPPED;
 
-/// One transmit PDO.
+/// A transmit PDO: when its data is sent.
 #[derive(Clone, Debug)]
 pub struct Tpdo {
     /// The identifier, also while the TPDO is not sent.
     id: u16,
-    /// The conditions that hold.
+    /// The conditions of [`ALL`] that hold: it is sent while all of them do.
     conditions: u8,
-    /// It answers remote frames.
+    /// It answers remote frames: bit 30 of its COB-ID is 0.
     remote: bool,
     transmission_type: u8,
     /// SYNCs since the last transmission.
@@ -330,12 +328,12 @@ impl Tpdo {
         self.conditions & MAPPED != 0
     }
 
-    /// The identifier.
+    /// The identifier of its frames, also while it is not sent.
     pub fn id(&self) -> u16 {
         self.id
     }
 
-    /// Handles a SYNC.
+    /// Counts a SYNC, and returns what it causes by the transmission type.
     pub fn sync(&mut self) -> Reaction {
         match self.transmission_type {
             ACYCLIC => Reaction::SendChanged,
@@ -380,7 +378,7 @@ impl Tpdo {
         changed
     }
 
-    /// The kept frame.
+    /// The frame with the data that a SYNC kept, for a remote frame.
     pub fn kept(&self) -> Option<Frame> {
         self.kept
     }

@@ -21,11 +21,11 @@ use crate::store::ImageId;
 /// Run and error LED patterns.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct LedTable {
-    /// Run LED in pre-operational.
+    /// Run LED while the node is pre-operational.
     pub pre_operational: Pattern,
-    /// Run LED in operational.
+    /// Run LED while the node is operational.
     pub operational: Pattern,
-    /// Run LED in stopped.
+    /// Run LED while the node is stopped.
     pub stopped: Pattern,
     /// Error LED while life guarding has not timed out.
     pub error: ErrorPatterns,
@@ -73,7 +73,7 @@ pub(super) type ValuesOf<P> = <<P as Product>::Application as Application>::Valu
 ///
 /// [`project!(objects)`](crate::project) derives the rows, texts and settings from the description, and checks it.
 pub trait Product: Sized + 'static {
-    /// Its measurement and actions.
+    /// What the product measures, and what it does with the numbers that masters write.
     type Application: Application;
     /// Its TPDOs, for example `TpdoArray<2, 4>`: two with up to four mapped objects. The numbers must be those of the dictionary.
     type Tpdos: Tpdos;
@@ -103,7 +103,7 @@ pub trait Product: Sized + 'static {
     const OWN: &'static [Own<Self::Application, Self::State, Self::Text>] = &[];
     /// The status byte in the manufacturer-specific field of emergency messages, from bit 0 on.
     const FAULTS: [FaultBit; 8] = CIA_301;
-    /// The LED patterns.
+    /// The LED patterns in each state, by default those of CiA 303-3.
     const LEDS: LedTable = LedTable::CIA_303_3;
     /// Momentary faults without a bit in the status byte: [`Cause::Overrun`](super::emcy::Cause::Overrun) or
     /// [`Cause::BusOff`](super::emcy::Cause::BusOff).
@@ -112,7 +112,7 @@ pub trait Product: Sized + 'static {
     const TRIGGERS: Triggers = Triggers::TIMER;
     /// The parameter with the node-ID, 1 to 127.
     const NODE_ID: ParameterId;
-    /// The parameter with the bit rate.
+    /// The parameter with the bit rate, as one of the values of [`BIT_RATES`](Self::BIT_RATES).
     const BIT_RATE: ParameterId;
     /// The values of the bit rate parameter and their bit rates.
     const BIT_RATES: &'static [(u32, BitRate)] = &profile::BIT_RATES;
@@ -134,7 +134,7 @@ pub trait Product: Sized + 'static {
 
     /// The dictionary in the form that the device uses.
     const ROWS: &'static [Row];
-    /// The constant texts.
+    /// The constant texts of the dictionary.
     const TEXTS: &'static [&'static str];
     /// The communication parameters of the TPDOs.
     const TPDO_SETTINGS: &'static [TpdoSettings];

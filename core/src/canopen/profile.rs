@@ -209,7 +209,7 @@ pub const fn tpdo_communication(first: ParameterId, cob_id: u32) -> [Parameter; 
 
 // Objects.
 
-/// A constant number.
+/// An object that is a constant number of this type.
 pub const fn constant(
     index: u16,
     sub: u8,
@@ -227,7 +227,7 @@ pub const fn constant(
     }
 }
 
-/// A constant text.
+/// An object that is a constant text.
 pub const fn text(index: u16, name: &'static str, value: &'static str) -> Object {
     Object {
         index,
@@ -283,7 +283,7 @@ pub const fn cob_id(index: u16, sub: u8, id: ParameterId) -> Object {
     }
 }
 
-/// Device type (1000h).
+/// The device type (1000h): the number of the profile in the low word, additional information in the high word.
 pub const fn device_type(value: u32) -> Object {
     Object {
         access: Access::Const,
@@ -291,7 +291,7 @@ pub const fn device_type(value: u32) -> Object {
     }
 }
 
-/// Error register (1001h).
+/// The error register (1001h): the bits of the active faults.
 pub const ERROR_REGISTER: Object = service(
     0x1001,
     0,
@@ -374,7 +374,7 @@ pub const fn consumers<const N: usize>(first: ParameterId) -> [Object; N] {
     rows
 }
 
-/// Server SDO parameter (1200h).
+/// The server SDO parameter (1200h): the identifiers of requests and replies.
 pub const SERVER_SDO: [Object; 3] = [
     highest(0x1200, "Server SDO parameter", DataType::U8, 2),
     Object {

@@ -34,7 +34,7 @@ pub struct Canopen<P: Product> {
 pub(super) struct Services<P: Product> {
     /// The contents of the nonvolatile memory, and the kind of a running save.
     pub(super) saved: Saved<P>,
-    /// The node-ID in force.
+    /// The node-ID in force, which a configuration changes at the next reset only.
     pub(super) node_id: u8,
     /// The bit rate in force.
     pub(super) rate: BitRate,
@@ -105,7 +105,7 @@ impl<P: Product> Canopen<P> {
     pub(super) fn lose_master(&mut self, cx: &mut ContextOf<P>, now: Instant) {
         /// Error behaviour (1029h): no change of the NMT state.
         const NO_CHANGE: u32 = 1;
-        /// Error behaviour (1029h): stopped.
+        /// Error behaviour (1029h): the node becomes stopped.
         const STOP: u32 = 2;
         self.services.report_guarding(cx);
         // Before the node stops: then it sends no more.

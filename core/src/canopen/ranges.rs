@@ -81,7 +81,6 @@ impl<P: Product> Services<P> {
     }
 }
 
-/// The parameters of a group.
 fn group<P: Product>(sub: u8) -> ParameterSet {
     let (mut group, mut described) = (ParameterSet::EMPTY, ParameterSet::EMPTY);
     let indices = indices(P::GROUPS, sub);

@@ -88,7 +88,7 @@ impl<P: Product> Canopen<P> {
         cx.shell.wake_up();
     }
 
-    /// Enters an NMT state.
+    /// Changes the NMT state with all that depends on it. During the initialization, nothing happens.
     pub(super) fn enter(&mut self, cx: &mut ContextOf<P>, now: Instant, state: State) {
         if state == self.services.state || self.services.state == State::Initialising {
             return;

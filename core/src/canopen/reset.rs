@@ -161,7 +161,7 @@ impl<P: Product> Services<P> {
         }
     }
 
-    /// Configures the heartbeat.
+    /// Starts the heartbeat with the producer heartbeat time (1017h).
     pub(super) fn configure_heartbeat(&mut self, cx: &ContextOf<P>, now: Instant) {
         self.heartbeat
             .start(now, Self::HEARTBEAT_TIME.get(&cx.parameters));

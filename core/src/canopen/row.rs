@@ -53,7 +53,7 @@ const OWN: u32 = 1 << 17;
 const REAL_64: u32 = 1 << 18;
 
 impl Row {
-    /// The index.
+    /// The index in the object dictionary.
     pub const fn index(&self) -> u16 {
         (self.columns >> 16) as u16
     }
@@ -66,7 +66,7 @@ impl Row {
         }
     }
 
-    /// The type.
+    /// The type of a number as the device handles it.
     pub const fn data_type(&self) -> DataType {
         DataType::of((self.columns >> DATA_TYPE & 7) as u8)
     }
@@ -351,7 +351,7 @@ pub const fn text_count(objects: &[Object]) -> usize {
     count
 }
 
-/// The constant texts.
+/// The texts of all rows with a constant text.
 #[allow(clippy::indexing_slicing)] // evaluated at compile time only
 pub const fn texts<const N: usize>(objects: &[Object]) -> [&'static str; N] {
     let mut texts = [""; N];

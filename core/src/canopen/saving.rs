@@ -71,7 +71,6 @@ impl<P: Product> Services<P> {
         cx.save(parameters);
     }
 
-    /// Ends a save.
     pub(super) fn end_save(
         &mut self,
         cx: &mut ContextOf<P>,

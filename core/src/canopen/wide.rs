@@ -11,7 +11,7 @@ use super::sdo::Written;
 use crate::application::{Application, Effect, Values};
 use crate::param::{Parameter, ParameterId, Quantity, Table, is_nan_64, number};
 
-/// The size in bytes.
+/// The size of the numbers in bytes.
 pub(super) const SIZE: u8 = 8;
 
 /// Whether an object has 64 bits.

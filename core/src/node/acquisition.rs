@@ -24,7 +24,7 @@ impl<A: Application> Acquisition<A> {
         &mut self.application
     }
 
-    /// Processes a reading.
+    /// Processes a reading. Returns the new values, for [`Communication`](super::Communication).
     pub fn sample(&mut self, now: Instant, reading: &Reading) -> A::Values {
         self.application.sample(now, reading)
     }

@@ -18,7 +18,7 @@ use crate::can::BitRate;
 pub struct BitTime(pub u16);
 
 impl BitTime {
-    /// Units per microsecond.
+    /// The number of units in a microsecond.
     pub const PER_US: u32 = 16;
 
     /// The bit time of a bit rate; an integer number of units for all of them.
@@ -75,7 +75,7 @@ impl Autobaud {
         self.rate
     }
 
-    /// Handles a valid frame.
+    /// A frame without error was received: the bit rate is the right one.
     pub fn receive(&mut self) {
         self.found = true;
     }
@@ -85,7 +85,7 @@ impl Autobaud {
         self.found.then_some(self.rate)
     }
 
-    /// Handles a bus error.
+    /// There was a bus error, so the bit rate can be wrong.
     pub fn error(&mut self) {
         self.failed = true;
     }

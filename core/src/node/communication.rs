@@ -21,7 +21,7 @@ pub struct Communication<A: Application, P> {
 
 /// A task for the measuring half. [`Communication::finish`] takes over its values.
 pub enum Task<A: Application> {
-    /// Apply these parameters.
+    /// The parameters have changed: apply them.
     Apply(Parameters<A::Table>),
     /// Readings are missing, also the first one, or the device restarts: switch off the outputs that must not stay on.
     Stale,
@@ -48,7 +48,7 @@ impl<A: Application, P: Protocol<A>> Communication<A, P> {
         self.context.shell.ready(0)
     }
 
-    /// Handles a received frame.
+    /// Processes a received frame: most requests are answered at once, in the queue of frames to send.
     pub fn receive(&mut self, now: Instant, frame: &Frame) {
         match self.context.shell.state() {
             NodeState::Online => self.protocol.receive(&mut self.context, now, frame),

@@ -18,14 +18,14 @@ pub struct Channels<T> {
     pub module_red: T,
 }
 
-/// Which LEDs are lit.
+/// Which LEDs are on now.
 pub type Leds = Channels<bool>;
 
 /// The pattern of each LED.
 pub type Patterns = Channels<Pattern>;
 
 impl Patterns {
-    /// All LEDs off.
+    /// No LED is ever on.
     pub const DARK: Self = Self {
         run: Pattern::Off,
         error: Pattern::Off,
@@ -48,10 +48,10 @@ impl Patterns {
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 #[repr(u8)]
 pub enum Pattern {
-    /// Permanently off.
+    /// The LED stays dark.
     #[default]
     Off = 0x00,
-    /// Permanently on.
+    /// The LED stays on.
     On = 0x10,
     /// 50 ms on, 50 ms off.
     Flickering = 0x01,
@@ -93,11 +93,11 @@ impl Pattern {
 /// The patterns of the error LED in the fault confinement states of the CAN controller.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct ErrorPatterns {
-    /// Error active.
+    /// The controller is error active and below the warning limit.
     pub working: Pattern,
     /// Warning limit reached, or error passive.
     pub warning: Pattern,
-    /// Bus-off.
+    /// The controller is bus-off.
     pub bus_off: Pattern,
 }
 
@@ -155,7 +155,7 @@ impl Led {
     }
 }
 
-/// The status LEDs.
+/// The status LEDs with their patterns in time.
 #[derive(Clone, Copy, Debug)]
 pub struct Indicator {
     leds: [Led; 4],
@@ -164,7 +164,7 @@ pub struct Indicator {
 }
 
 impl Indicator {
-    /// All LEDs off.
+    /// All LEDs are dark, before the first pattern is set.
     pub const DARK: Self = Self {
         leds: [Led::DARK; 4],
         lit: 0,

@@ -45,7 +45,7 @@ pub enum Action {
     Bus(BusMode, BitRate),
     /// Leave bus-off: start the recovery sequence of 128 times 11 recessive bits.
     Recover,
-    /// Switch the status LEDs.
+    /// Switch each status LED on or off.
     Leds(Leds),
     /// Write [`Node::image`] to nonvolatile memory and report the result with [`Node::stored`]. Read the image before the next
     /// call that changes the node.
@@ -67,7 +67,7 @@ pub enum Action {
 pub enum BusMode {
     /// Listen only: sends no dominant bit, no acknowledge and no error flag. Measures the bit time ([`BusEvent::BitTime`]).
     Listen,
-    /// Sends and receives.
+    /// Takes part in the traffic: sends, acknowledges and receives.
     Normal,
 }
 
@@ -181,6 +181,6 @@ pub trait Node {
         0
     }
 
-    /// The last inclination.
+    /// The last inclination, for displays on a PC.
     fn readout(&self) -> Readout;
 }

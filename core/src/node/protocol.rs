@@ -12,7 +12,7 @@ use crate::time::{Deadline, Instant};
 pub struct Context<A: Application> {
     /// The protocol-neutral half of the node.
     pub shell: Shell,
-    /// The parameters in RAM.
+    /// The parameters in RAM: those in force.
     pub parameters: Parameters<A::Table>,
     /// The last values of the application.
     pub values: A::Values,
@@ -77,7 +77,7 @@ pub enum BusChange {
     State,
     /// The node has left bus-off.
     Recovered,
-    /// Received frames were lost.
+    /// The driver or the controller has lost received frames.
     Overrun,
     /// A frame that is [sent once](Protocol::sends_once) was not sent.
     Unsent,

@@ -21,7 +21,7 @@ const SILENCE: i16 = 1200;
 /// The longest pulse that is measured; longer ones have more than 4 bits at every bit rate.
 const LONGEST: u16 = 7000;
 
-/// No pulse.
+/// The length before the first pulse.
 const NONE: u16 = u16::MAX;
 
 /// The measurement of the bit time. Its times are those of a counter with [`BitTime::PER_US`] ticks per microsecond.
@@ -41,7 +41,7 @@ pub struct PulseMeter {
 }
 
 impl PulseMeter {
-    /// No pulse is measured.
+    /// The state before the first edge.
     pub const EMPTY: Self = Self {
         shortest: NONE,
         complete: NONE,

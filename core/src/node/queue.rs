@@ -13,7 +13,7 @@ pub struct TransmitQueue {
     frames: [Frame; CAPACITY],
     /// The place of the oldest frame, modulo the capacity.
     first: u8,
-    /// The number of frames.
+    /// The number of frames that wait.
     length: u8,
     /// The node accepts a request while the queue has at most this many frames.
     limit: u8,
@@ -22,7 +22,7 @@ pub struct TransmitQueue {
 }
 
 impl TransmitQueue {
-    /// The empty queue.
+    /// The queue before the first frame: it accepts requests only when it is empty.
     pub const EMPTY: Self = Self {
         frames: [Frame::EMPTY; CAPACITY],
         first: 0,
@@ -97,7 +97,7 @@ impl TransmitQueue {
         }
     }
 
-    /// Removes all frames.
+    /// Removes all frames, also those that must be sent.
     pub fn clear(&mut self) {
         self.length = 0;
         self.marks = 0;

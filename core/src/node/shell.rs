@@ -27,13 +27,13 @@ pub enum NodeState {
     Initial,
     /// The bit rate is being detected.
     Detecting(Autobaud),
-    /// On the bus.
+    /// The node takes part in the traffic.
     Online,
-    /// Bus-off.
+    /// The controller is bus-off.
     BusOff,
     /// A restart is accepted. It is requested when the queue is empty, at this time at the latest.
     Restarting(Instant),
-    /// The restart is requested.
+    /// The restart is requested from the driver.
     Restarted,
 }
 
@@ -43,7 +43,7 @@ pub(super) mod cause {
     pub const PARAMETERS: u8 = 1;
     /// [`Action::Bus`](crate::node::Action::Bus) is pending: the frames received until then are discarded.
     pub const BUS: u8 = 2;
-    /// A restart is accepted.
+    /// A restart is accepted, so the node takes no more requests.
     pub const LEAVING: u8 = 4;
     /// During a save: no room for a deferred frame. After it: deferred frames come first.
     pub const DEFERRED: u8 = 8;
@@ -71,11 +71,11 @@ pub struct Shell {
     patterns: Patterns,
     /// The outputs that were reported to the hardware.
     reported: Outputs,
-    /// The mode and bit rate of the bus.
+    /// The last mode and bit rate that the node has requested.
     bus: (BusMode, BitRate),
-    /// The patterns have changed.
+    /// The patterns have changed, and the LEDs must show them.
     new_patterns: bool,
-    /// Pending actions, besides [`cause::BUS`].
+    /// Actions that the driver must perform, besides [`cause::BUS`].
     recover: bool,
     save: bool,
     /// The application must stop, because a restart is accepted.
@@ -304,7 +304,6 @@ impl Shell {
         self.dirty = true;
     }
 
-    /// Handles a bus error.
     pub(super) fn error(&mut self) {
         if let NodeState::Detecting(search) = &mut self.state {
             search.error();
@@ -339,7 +338,7 @@ impl Shell {
         Some(BusChange::State)
     }
 
-    /// Handles a reading.
+    /// Notes a reading: the values are valid for [`READING_LIMIT`] from now on.
     pub(super) fn sampled(&mut self, now: Instant) {
         self.dirty |= core::mem::take(&mut self.is_stale);
         self.valid_until = after(now, READING_LIMIT);
@@ -436,7 +435,6 @@ impl Shell {
         !self.queue.is_empty()
     }
 
-    /// The frame for [`Node::transmit`](super::Node::transmit).
     pub(super) fn transmit(&mut self) -> Option<Frame> {
         // `Action::Bus` would discard the frame in its mailbox.
         if self.is_blocked(cause::BUS) {

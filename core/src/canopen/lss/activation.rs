@@ -21,14 +21,14 @@ pub(super) struct Activation {
 }
 
 impl Activation {
-    /// Not in progress.
+    /// No bit rate is being activated.
     pub const IDLE: Self = Self {
         delay: Duration::from_ticks(0),
         due: Deadline::NEVER,
         switched: false,
     };
 
-    /// Begins the first delay.
+    /// Begins the delay before the change of the bit rate. The delay after it has the same length.
     pub fn begin(&mut self, now: Instant, delay: Duration) {
         self.delay = delay;
         self.due = Deadline::after(now, delay);

@@ -11,11 +11,8 @@ const HALF: Duration = millis(50);
 enum Stage {
     /// The LEDs show the state of the node.
     Off,
-    /// Both are dark.
     Dark,
-    /// The green LED flickers.
     Green,
-    /// Both flicker.
     Both,
 }
 
@@ -27,7 +24,7 @@ pub(super) struct Flicker {
 }
 
 impl Flicker {
-    /// Not flickering.
+    /// The LEDs show the state of the node.
     pub const OFF: Self = Self {
         stage: Stage::Off,
         due: Deadline::NEVER,

@@ -49,7 +49,6 @@ pub type LssTable = (u8, &'static [Option<BitRate>]);
 /// The progress of store configuration.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 enum Store {
-    /// No answer is due.
     Idle,
     /// Another save is running. The save of the configuration begins after it.
     Waiting,

@@ -16,7 +16,7 @@ use crate::time::{Duration, Instant};
 
 /// The settings of a node, for [`Slave`].
 struct Unit<'a, P: Product> {
-    /// The node-ID in force.
+    /// The node-ID in force, which is not the one that is stored after a configuration.
     node_id: u8,
     cx: &'a mut ContextOf<P>,
 }
@@ -248,7 +248,6 @@ impl<P: Product> Services<P> {
     }
 }
 
-/// Queues an answer.
 fn send_lss<P: Product>(cx: &mut ContextOf<P>, bytes: [u8; 8]) {
     let id = CanId::standard(cob_id::LSS_REPLY);
     cx.shell.send(Frame::word(id, u64::from_le_bytes(bytes), 8));

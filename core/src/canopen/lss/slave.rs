@@ -8,13 +8,13 @@ use crate::time::{Duration, millis};
 pub mod command {
     /// Switch state global: waiting or configuration.
     pub const SWITCH_GLOBAL: u8 = 0x04;
-    /// Configure node-ID.
+    /// Configure node-ID: it is in force after the next reset.
     pub const NODE_ID: u8 = 0x11;
-    /// Configure bit timing.
+    /// Configure bit timing, by its place in the table of CiA 305.
     pub const BIT_TIMING: u8 = 0x13;
-    /// Activate bit timing.
+    /// Activate bit timing, with a delay before and after the change.
     pub const ACTIVATE: u8 = 0x15;
-    /// Store configuration.
+    /// Store configuration: node-ID and bit rate.
     pub const STORE: u8 = 0x17;
     /// Switch state selective: the first number of the identity.
     pub const SELECT: u8 = 0x40;
@@ -24,23 +24,23 @@ pub mod command {
     pub const IDENTIFY: u8 = 0x46;
     /// Identify remote slave: the last limit of the identity.
     pub const IDENTIFY_LAST: u8 = 0x4B;
-    /// Identify non-configured remote slave.
+    /// Identify non-configured remote slave: a node without node-ID answers.
     pub const IDENTIFY_UNCONFIGURED: u8 = 0x4C;
-    /// Fastscan.
+    /// Fastscan: finds a node without node-ID bit by bit of its identity.
     pub const FASTSCAN: u8 = 0x51;
     /// Inquire the first number of the identity.
     pub const INQUIRE: u8 = 0x5A;
     /// Inquire the last number of the identity.
     pub const INQUIRE_LAST: u8 = 0x5D;
-    /// Inquire node-ID.
+    /// Inquire the node-ID.
     pub const INQUIRE_NODE_ID: u8 = 0x5E;
 }
 
 /// Answers with a command of their own.
 pub mod answer {
-    /// The node was selected.
+    /// The identity of "switch state selective" is that of the node.
     pub const SELECTED: u8 = 0x44;
-    /// The identity matches.
+    /// The identity is within the limits of "identify remote slave".
     pub const IDENTIFIED: u8 = 0x4F;
     /// The node has no node-ID.
     pub const UNCONFIGURED: u8 = 0x50;
@@ -93,9 +93,9 @@ pub trait Device {
 /// What a request demands from the node.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Outcome {
-    /// Nothing.
+    /// The node has nothing to do.
     None,
-    /// Send this answer.
+    /// This answer must be sent.
     Reply([u8; 8]),
     /// Store node-ID and bit rate, then send [`Slave::stored`].
     Store,
@@ -117,7 +117,7 @@ pub struct Slave {
 }
 
 impl Slave {
-    /// The waiting state.
+    /// The state after a start: waiting, without a part of an identity.
     pub const WAITING: Self = Self {
         configuring: false,
         selected: 0,

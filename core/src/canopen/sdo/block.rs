@@ -40,7 +40,7 @@ pub const DOWNLOAD_BLOCK: u8 = 31;
 const SEGMENT: usize = 7;
 /// Bit of byte 0 of a segment: the last one.
 const LAST: u8 = 0x80;
-/// The largest block size.
+/// The largest number of segments in a block.
 const LARGEST: u8 = 127;
 
 /// The commands of the client.
@@ -57,7 +57,7 @@ mod command {
     pub const DOWNLOAD_END: u8 = 0xC1;
     /// The commands are from here...
     pub const FIRST: u8 = 0xA0;
-    /// ... to here.
+    /// ...to here, both included.
     pub const LAST: u8 = 0xDF;
     /// Bit of an initiate request: the client checks the CRC.
     pub const CRC: u8 = 0x04;
@@ -68,7 +68,6 @@ mod command {
 /// The state of the transfer.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 enum Stage {
-    /// No block transfer.
     Idle,
     /// Upload: the client must start it.
     Initiated,
@@ -121,7 +120,6 @@ impl Initial for Block {
 }
 
 impl Block {
-    /// Ends the transfer.
     pub(super) fn end(&mut self) {
         self.stage = Stage::Idle;
     }

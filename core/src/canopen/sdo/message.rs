@@ -16,31 +16,31 @@ use crate::canopen::Abort;
 /// The address of an object in the object dictionary.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct Address {
-    /// The index.
+    /// The index in the object dictionary.
     pub index: u16,
-    /// The sub-index.
+    /// The sub-index; 0 for an object without sub-indices.
     pub sub: u8,
 }
 
 /// A request of the client to the SDO server.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Request {
-    /// Write to an object.
+    /// Initiate download: a write to an object, with its data or the announced size.
     Download(Address, Announced),
     /// A segment of the written data.
     DownloadSegment {
-        /// The toggle bit.
+        /// The toggle bit, which alternates from segment to segment.
         toggle: bool,
         /// The number of valid data bytes, 0 to 7.
         length: u8,
-        /// No more segments follow.
+        /// The segment is the last one.
         last: bool,
     },
-    /// Read an object.
+    /// Initiate upload: a read of an object.
     Upload(Address),
     /// Send the next segment of the read data.
     UploadSegment {
-        /// The toggle bit.
+        /// The toggle bit, which alternates from segment to segment.
         toggle: bool,
     },
     /// The client aborts the transfer of this object.
@@ -146,7 +146,7 @@ pub fn download_reply(address: Address) -> [u8; 8] {
     addressed(DOWNLOAD_REPLY, address, [0; 4])
 }
 
-/// The reply to a segment of a download.
+/// The confirmation of a segment with this toggle bit.
 pub fn download_segment_reply(toggle: bool) -> [u8; 8] {
     [0x20 | u8::from(toggle) << 4, 0, 0, 0, 0, 0, 0, 0]
 }
@@ -160,7 +160,7 @@ pub fn confirmation(command: u8, address: Address) -> [u8; 8] {
     addressed(command, address, [0; 4])
 }
 
-/// The abort message.
+/// The message that ends a transfer with this abort code.
 pub fn abort(address: Address, abort: Abort) -> [u8; 8] {
     addressed(0x80, address, (abort as u32).to_le_bytes())
 }
@@ -186,7 +186,7 @@ pub fn block_acknowledgement(number: u8, size: u8) -> [u8; 8] {
     [0xA2, number, size, 0, 0, 0, 0, 0]
 }
 
-/// The reply to the end of a block download.
+/// The confirmation that the data of a block download is complete and written.
 pub fn block_download_end_reply() -> [u8; 8] {
     [0xA1, 0, 0, 0, 0, 0, 0, 0]
 }

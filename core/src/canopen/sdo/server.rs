@@ -19,7 +19,7 @@ const SEGMENT: usize = 7;
 /// The completion of a write.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Written {
-    /// Completed.
+    /// The new value is in force.
     Done,
     /// Completed after a save; [`Server::stored`] follows.
     Storing,
@@ -69,7 +69,7 @@ pub trait Objects {
     /// The number in an object. A signed number can have more bits than its type.
     fn number(&self, object: Self::Object, sub: u8) -> u32;
 
-    /// The text in an object.
+    /// The text in an object, or the eight bytes of a number of 64 bits.
     fn text(&self, object: Self::Object) -> Self::Text;
 
     /// Writes to a writable object. `data` has the size of the number or is a [misfit](Self::misfit), or is a text. On an error,
@@ -79,12 +79,12 @@ pub trait Objects {
 
 /// A buffer for the bytes of a text.
 pub trait Buffer {
-    /// The empty buffer.
+    /// The buffer without bytes.
     const EMPTY: Self;
     /// The length of the longest text, in bytes.
     const CAPACITY: usize;
 
-    /// The bytes.
+    /// The bytes that were appended.
     fn bytes(&self) -> &[u8];
 
     /// Appends bytes. Returns false without a change if there is no room for all of them.
@@ -108,16 +108,16 @@ impl<const N: usize> Buffer for Vec<u8, N> {
 #[derive(Clone, Copy, Debug)]
 #[repr(u8)] // idle is 0, so that it needs no flash in static memory
 enum Stage<O> {
-    /// No transfer.
+    /// No transfer of segments.
     Idle,
-    /// The client reads segments.
+    /// The client reads a text in segments.
     Upload {
         /// The toggle bit expected next.
         toggle: bool,
         /// The number of bytes sent.
         sent: u8,
     },
-    /// The client writes segments.
+    /// The client writes in segments.
     Download {
         /// The object that is written.
         object: O,
@@ -144,7 +144,7 @@ pub struct Server<O, B, K> {
 }
 
 impl<O: Copy, B: Buffer, K: Feature<Block>> Server<O, B, K> {
-    /// No transfer.
+    /// The server before the first request.
     pub const IDLE: Self = Self {
         stage: Stage::Idle,
         address: Address { index: 0, sub: 0 },
@@ -243,7 +243,7 @@ impl<O: Copy, B: Buffer, K: Feature<Block>> Server<O, B, K> {
         }
     }
 
-    /// Ends the transfer.
+    /// Ends the transfer, also without a message.
     pub(in crate::canopen) fn finish(&mut self) {
         self.begin(Address::default());
     }
