@@ -16,7 +16,7 @@ pub use super::listing::{
     Adjustment, Article, Guide, Product, Protocol, Resolution, Settings, Written,
 };
 
-/// All products.
+/// All products of this crate, in the order in which tools list them.
 pub const PRODUCTS: &[Product] = &[
     super::gemac::is1::LISTING,
     super::gemac::is2::LISTING,
@@ -32,7 +32,7 @@ pub const PRODUCTS: &[Product] = &[
     super::tiltix::tiltix360::LISTING,
 ];
 
-/// The product with this name.
+/// The product with this short name, for example `is2`.
 pub fn find(name: &str) -> Option<&'static Product> {
     PRODUCTS.iter().find(|product| product.name == name)
 }

@@ -31,7 +31,7 @@ pub struct CanopenOrJ1939<P: Both> {
     storing: u8,
 }
 
-/// The application of product `P`.
+/// The application of product `P`, which both protocols share.
 pub type ApplicationOf<P> = <P as canopen::Product>::Application;
 type ContextOf<P> = Context<ApplicationOf<P>>;
 type ParametersOf<P> = Parameters<<ApplicationOf<P> as crate::application::Application>::Table>;

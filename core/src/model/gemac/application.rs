@@ -27,7 +27,7 @@ const HEATER: Settings = Settings {
 
 /// The part of the measurement that depends on the number of axes.
 pub trait Axes: Table {
-    /// The published angles.
+    /// The published angles: one or two.
     const QUANTITIES: &'static [Quantity];
     /// The faults of all angles.
     const ANGLES: Faults;
@@ -45,7 +45,7 @@ pub trait Axes: Table {
 pub struct Inclination {
     /// The angles with zero offset.
     angles: [i32; 2],
-    /// The measured angles.
+    /// The angles without zero offset, from which a zero point is calculated.
     measured: [i32; 2],
     /// The angles may become a zero point.
     is_valid: bool,

@@ -11,7 +11,7 @@ use crate::param::{DataType, ParameterId, Quantity, ValueId};
 
 /// The first angle, or the only one.
 pub const ANGLE_X: ValueId = ValueId(0);
-/// The second angle.
+/// The second angle, of 2-axis sensors only.
 pub const ANGLE_Y: ValueId = ValueId(1);
 
 /// An angle of -90 to +90 deg (2-axis sensors).

@@ -14,7 +14,7 @@ use crate::store::ImageId;
 /// The product: tables and measurement of one axis.
 pub struct OneAxis;
 
-/// The sensor.
+/// The node: what a driver or a test starts.
 pub type Is1 = FscNode<OneAxis>;
 
 impl Table for OneAxis {

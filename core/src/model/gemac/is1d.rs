@@ -4,10 +4,10 @@ use crate::fsc::{Article, Version};
 use crate::model::listing;
 use crate::store::ImageId;
 
-/// The sensor.
+/// The node: that of the IS1.
 pub type Is1d = super::is1::Is1;
 
-/// Plastic housing (PR-23050-30).
+/// The article with a plastic housing (PR-23050-30).
 pub const PLASTIC: Article = Article {
     name: "IS1D 00 P20",
     version: Version::Number(103),
@@ -15,7 +15,7 @@ pub const PLASTIC: Article = Article {
     ..super::is1::CLASSIC
 };
 
-/// The catalogue entry.
+/// The entry in [`PRODUCTS`](crate::model::catalog::PRODUCTS).
 pub const LISTING: listing::Product =
     listing::Product::fsc::<super::is1::OneAxis>("is1d", super::MAKER, &[PLASTIC])
         .guided(&super::functions::GUIDE_ONE_AXIS);

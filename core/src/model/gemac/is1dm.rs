@@ -6,17 +6,17 @@ use crate::fsc::Article;
 use crate::model::listing;
 use crate::store::ImageId;
 
-/// The sensor.
+/// The node: that of the IS1TK.
 pub type Is1dm = Is1tk;
 
-/// Metal housing (PR-23020-30).
+/// The article with a metal housing (PR-23020-30).
 pub const METAL: Article = Article {
     number: super::is1tk::METAL.number,
     image: ImageId::new(0x4731),
     ..super::is1d::PLASTIC
 };
 
-/// The catalogue entry.
+/// The entry in [`PRODUCTS`](crate::model::catalog::PRODUCTS).
 pub const LISTING: listing::Product =
     listing::Product::fsc::<OneAxisHeated>("is1dm", super::MAKER, &[METAL])
         .guided(&super::functions::GUIDE_ONE_AXIS);

@@ -8,10 +8,10 @@ use crate::store::ImageId;
 /// The product: tables and measurement of one axis, and the heater.
 pub type OneAxisHeated = super::heated::Heated<super::is1::OneAxis>;
 
-/// The sensor.
+/// The node: what a driver or a test starts.
 pub type Is1tk = FscNode<OneAxisHeated>;
 
-/// Metal housing (PR-23020-30).
+/// The article with a metal housing (PR-23020-30).
 pub const METAL: Article = Article {
     name: "IS1TK360-C-RL",
     number: ArticleNumber::new("PR-23020-30"),
@@ -19,7 +19,7 @@ pub const METAL: Article = Article {
     ..super::is1::CLASSIC
 };
 
-/// The catalogue entry.
+/// The entry in [`PRODUCTS`](crate::model::catalog::PRODUCTS).
 pub const LISTING: listing::Product =
     listing::Product::fsc::<OneAxisHeated>("is1tk", super::MAKER, &[METAL])
         .guided(&super::functions::GUIDE_ONE_AXIS);

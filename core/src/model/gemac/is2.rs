@@ -16,7 +16,7 @@ use crate::store::ImageId;
 /// The product: tables and measurement of two axes.
 pub struct TwoAxes;
 
-/// The sensor.
+/// The node: what a driver or a test starts.
 pub type Is2 = FscNode<TwoAxes>;
 
 impl Table for TwoAxes {

@@ -4,10 +4,10 @@ use crate::fsc::{Article, Version};
 use crate::model::listing;
 use crate::store::ImageId;
 
-/// The sensor.
+/// The node: that of the IS2.
 pub type Is2d = super::is2::Is2;
 
-/// Plastic housing (PR-23054-30).
+/// The article with a plastic housing (PR-23054-30).
 pub const PLASTIC: Article = Article {
     name: "IS2D 90 P20",
     version: Version::Number(103),
@@ -15,7 +15,7 @@ pub const PLASTIC: Article = Article {
     ..super::is2::CLASSIC
 };
 
-/// The catalogue entry.
+/// The entry in [`PRODUCTS`](crate::model::catalog::PRODUCTS).
 pub const LISTING: listing::Product =
     listing::Product::fsc::<super::is2::TwoAxes>("is2d", super::MAKER, &[PLASTIC])
         .guided(&super::functions::GUIDE_TWO_AXES);

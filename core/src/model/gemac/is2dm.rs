@@ -6,17 +6,17 @@ use crate::fsc::Article;
 use crate::model::listing;
 use crate::store::ImageId;
 
-/// The sensor.
+/// The node: that of the IS2TK.
 pub type Is2dm = Is2tk;
 
-/// Metal housing (PR-23024-30).
+/// The article with a metal housing (PR-23024-30).
 pub const METAL: Article = Article {
     number: super::is2tk::METAL.number,
     image: ImageId::new(0x4732),
     ..super::is2d::PLASTIC
 };
 
-/// The catalogue entry.
+/// The entry in [`PRODUCTS`](crate::model::catalog::PRODUCTS).
 pub const LISTING: listing::Product =
     listing::Product::fsc::<TwoAxesHeated>("is2dm", super::MAKER, &[METAL])
         .guided(&super::functions::GUIDE_TWO_AXES);

@@ -8,10 +8,10 @@ use crate::store::ImageId;
 /// The product: tables and measurement of two axes, and the heater.
 pub type TwoAxesHeated = super::heated::Heated<super::is2::TwoAxes>;
 
-/// The sensor.
+/// The node: what a driver or a test starts.
 pub type Is2tk = FscNode<TwoAxesHeated>;
 
-/// Metal housing (PR-23024-30).
+/// The article with a metal housing (PR-23024-30).
 pub const METAL: Article = Article {
     name: "IS2TK090-C-RL",
     number: ArticleNumber::new("PR-23024-30"),
@@ -19,7 +19,7 @@ pub const METAL: Article = Article {
     ..super::is2::CLASSIC
 };
 
-/// The catalogue entry.
+/// The entry in [`PRODUCTS`](crate::model::catalog::PRODUCTS).
 pub const LISTING: listing::Product =
     listing::Product::fsc::<TwoAxesHeated>("is2tk", super::MAKER, &[METAL])
         .guided(&super::functions::GUIDE_TWO_AXES);

@@ -8,23 +8,23 @@ use crate::param::{Coding, Constraint, DataType, Parameter, ParameterId, Permitt
 /// The ids of the parameters: their indices in the tables. They also define the order in the stored image.
 pub mod id {
     crate::ids! { pub ParameterId:
-        /// Set-Parameter-ID.
+        /// Set-Parameter-ID: the identifier of requests.
         SET_ID,
-        /// Reply-Parameter-ID.
+        /// Reply-Parameter-ID: the identifier of replies.
         REPLY_ID,
-        /// Sync-ID.
+        /// Sync-ID: the identifier of sync frames.
         SYNC_ID,
-        /// Baud rate.
+        /// The code of the baud rate; 0: automatic detection.
         BAUD_RATE,
-        /// Automatic bus-off recovery.
+        /// Whether the node leaves bus-off automatically.
         BUS_OFF_RECOVERY,
-        /// Cyclic time.
+        /// The time between two messages in cyclic mode, in ms.
         CYCLIC_TIME,
-        /// Cyclic mode.
+        /// Whether cyclic mode is on.
         CYCLIC_MODE,
-        /// Cut-off frequency.
+        /// The cut-off frequency of the digital filter in mHz.
         CUT_OFF,
-        /// Filter type.
+        /// The code of the filter type; 0: off.
         FILTER_TYPE,
         /// Zero offset, or zero offset X.
         ZERO_X,
@@ -93,13 +93,13 @@ const fn identifier(id: ParameterId, name: &'static str, factory: u32) -> Parame
     }
 }
 
-/// Set-Parameter-ID. Factory value 300h.
+/// The identifier of requests. Factory value 300h.
 pub const SET_ID: Parameter = identifier(id::SET_ID, "Set-Parameter-ID", 0x300);
 
-/// Reply-Parameter-ID. Factory value 301h.
+/// The identifier of replies. Factory value 301h.
 pub const REPLY_ID: Parameter = identifier(id::REPLY_ID, "Reply-Parameter-ID", 0x301);
 
-/// Sync-ID. Factory value 100h.
+/// The identifier of sync frames. Factory value 100h.
 pub const SYNC_ID: Parameter = identifier(id::SYNC_ID, "Sync-ID", 0x100);
 
 /// Baud rate. Factory value 0 (automatic detection).

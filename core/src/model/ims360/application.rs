@@ -26,7 +26,7 @@ pub mod value {
         RATE32[3],
         /// Angular rate X, Y, Z in 0.1 deg/s, limited to the range of 16 bits (3020h).
         RATE16[3],
-        /// Temperature in degC (6511h).
+        /// Temperature of the measuring cell in degC (6511h).
         TEMPERATURE,
         /// Supply voltage in mV; 0: not measured (2020h:01).
         SUPPLY,
@@ -47,7 +47,7 @@ pub(super) const ZERO_X: u32 = 1;
 /// Auto zero: the second axis.
 pub(super) const ZERO_Y: u32 = 2;
 
-/// The published values.
+/// The published values, and the angles from which a zero offset is calculated.
 #[derive(Clone, Copy, Debug)]
 pub struct Inclination {
     /// The values in the order of their ids.
@@ -101,7 +101,7 @@ pub struct Ims360Application {
     /// The range faults of both angles (5010h, 5020h).
     ranges: [RangeFault; 2],
     supply: Monitor,
-    /// The temperature in degC.
+    /// The temperature of the measuring cell in degC.
     temperature: i8,
 }
 
@@ -162,7 +162,6 @@ impl Ims360Application {
         }
     }
 
-    /// The active faults.
     fn faults(&self) -> Faults {
         let [x, y] = self.ranges.map(|range| range.state() != Beyond::No);
         let defective = self.measuring.validity().is_defective();

@@ -36,7 +36,7 @@ const VOLTAGE_ABOVE: u8 = 3;
 const VOLTAGE_BELOW: u8 = 4;
 const DEFECTIVE: u8 = 12;
 
-/// Suspect parameter numbers.
+/// The suspect parameter numbers of the trouble codes.
 const PITCH: u32 = groups::PITCH_SPN;
 const ROLL: u32 = groups::ROLL_SPN;
 const BATTERY: u32 = 168;

@@ -37,7 +37,7 @@ pub(super) struct Measuring {
     measured: [i32; 2],
     /// The calibrated acceleration, before all filters.
     force: I32x3,
-    /// The calibrated angular rate.
+    /// The calibrated angular rate, before all filters.
     rate: I32x3,
 }
 
@@ -86,7 +86,7 @@ impl Measuring {
         self.update();
     }
 
-    /// Processes a reading.
+    /// Processes a reading: calibration, filter and angles.
     pub fn sample(&mut self, reading: &Reading) {
         self.force = self
             .calibration
@@ -180,7 +180,7 @@ impl Measuring {
     }
 }
 
-/// M x 10^E (3112h).
+/// A noise parameter of the Kalman filter (3112h): mantissa * 10^exponent.
 fn noise(parameters: &Parameters<Ims360Product>, ids: [ParameterId; 2]) -> Noise {
     let [mantissa, exponent] = ids.map(|id| parameters.get(id) as i8);
     Noise::new(mantissa, exponent)

@@ -29,13 +29,13 @@ use crate::param::{ParameterId, Parameters};
 use crate::store::ImageId;
 use crate::store::unit::NAME;
 
-/// The product: its tables.
+/// The product: its tables for both protocols.
 pub struct Ims360Product;
 
-/// The sensor.
+/// The node: what a driver or a test starts.
 pub type Ims360 = DualNode<Ims360Product>;
 
-/// The catalogue entry.
+/// The entry in [`PRODUCTS`](crate::model::catalog::PRODUCTS).
 pub const LISTING: listing::Product = listing::Product::with_j1939::<Ims360Product>(
     "ims360",
     "SIKO",
@@ -142,7 +142,7 @@ impl canopen::Product for Ims360Product {
     };
     const NODE_ID: ParameterId = id::NODE_ID;
     const BIT_RATE: ParameterId = id::BIT_RATE;
-    /// 2001h is in bit/s.
+    /// The object (2001h) has the bit rate in bit/s.
     const BIT_RATES: &'static [(u32, BitRate)] = &[
         (125_000, BitRate::K125),
         (250_000, BitRate::K250),

@@ -38,7 +38,7 @@ fn set_controller(_: &mut Scope<Ims360Application, State>, data: &[u8]) -> Resul
     }
 }
 
-/// Status byte ST0 (7.2.27).
+/// The status byte ST0 (section 7.2.27).
 fn status(_: &State, node: &Node) -> u32 {
     let flag = |set: bool, flag: u32| if set { flag } else { 0 };
     let defective = Faults::X_DEFECTIVE.and(Faults::Y_DEFECTIVE);

@@ -17,23 +17,23 @@ pub mod id {
         SYNC_COB_ID,
         /// COB-ID of the EMCY (1014h).
         EMCY_COB_ID,
-        /// Heartbeat time (1017h).
+        /// Producer heartbeat time in ms (1017h); 0: off.
         HEARTBEAT_TIME,
         /// The first of four parameters of each TPDO (1800h to 1803h).
         TPDO[4](4),
         /// The first of nine parameters of each mapping (1A00h to 1A03h).
         MAPPING[4](9),
-        /// Baud rate (2001h).
+        /// Baud rate in bit/s (2001h).
         BIT_RATE,
-        /// Node-ID (2002h).
+        /// Node-ID, 1 to 127 (2002h).
         NODE_ID,
-        /// CAN protocol (3100h:01).
+        /// CAN protocol after the next restart (3100h:01).
         PROTOCOL,
-        /// Automatic bus-off recovery (3100h:02).
+        /// Whether the node leaves bus-off automatically (3100h:02).
         BUS_OFF_RECOVERY,
         /// Type of the low-pass filter (3110h:01).
         FILTER_TYPE,
-        /// Sensor fusion filter (3110h:02).
+        /// Whether the sensor fusion filter replaces the low-pass filter (3110h:02).
         FUSION,
         /// Cut-off frequency of the low-pass filter (3111h).
         CUT_OFF,
@@ -45,15 +45,15 @@ pub mod id {
         VARIANT,
         /// Auto zero (3200h): a command.
         AUTO_ZERO,
-        /// Longitudinal zero offset (3210h).
+        /// Longitudinal zero offset in 0.01 deg (3210h).
         ZERO_X,
-        /// Lateral zero offset (3220h).
+        /// Lateral zero offset in 0.01 deg (3220h).
         ZERO_Y,
         /// The requested restore (1011h); not an object.
         RESTORE_REQUEST,
         /// The first of the stored errors (1003h); not objects.
         HISTORY(8),
-        /// J1939: preferred address (2102h).
+        /// J1939: the address that is claimed first (2102h).
         J1939_ADDRESS,
         /// J1939: transmission rates (2104h) of SSI2, SSI, ARI and ACCS.
         J1939_RATES[4],
@@ -103,7 +103,7 @@ pub(super) fn has_two_axes(parameters: &Parameters<Ims360Product>) -> bool {
 /// The parameter that selects the protocol at a restart, and its value for CANopen.
 pub(super) const SELECTOR: (ParameterId, u32) = (id::PROTOCOL, CANOPEN);
 
-/// 3100h:01: CANopen.
+/// The value of 3100h:01 for CANopen.
 const CANOPEN: u32 = 2;
 
 /// Whether the node leaves bus-off automatically (3100h:02).
@@ -111,7 +111,7 @@ pub(super) fn recovers(parameters: &Parameters<Ims360Product>) -> bool {
     parameters.get(id::BUS_OFF_RECOVERY) != 0
 }
 
-/// 3110h:01: critically damped.
+/// The value of 3110h:01 for the critically damped filter.
 const CRITICALLY_DAMPED: u16 = 2;
 
 const FILTER_CODING: Coding<Kind, 3> = Coding([
@@ -166,7 +166,7 @@ const fn field(place: usize, name: &'static str, high: i64, factory: i32) -> Par
     Parameter::new(id::J1939_NAME[place], name, DataType::U8).within(0, high, factory)
 }
 
-/// The parameters of J1939.
+/// The parameters that only J1939 uses.
 const J1939: [Parameter; 17] = [
     Parameter::new(id::J1939_ADDRESS, "Preferred address", DataType::U8).within(0, 253, 128),
     rate(0, "Transmission rate SSI2", 10),
@@ -217,7 +217,7 @@ const ERRORS: [&str; HISTORY] = [
     "Error 1", "Error 2", "Error 3", "Error 4", "Error 5", "Error 6", "Error 7", "Error 8",
 ];
 
-/// The stored errors.
+/// The parameters that keep the history (1003h).
 #[allow(clippy::indexing_slicing)] // evaluated at compile time only
 const fn errors() -> [Parameter; HISTORY] {
     let mut errors = [Parameter::PLAIN; HISTORY];

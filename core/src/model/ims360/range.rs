@@ -11,7 +11,7 @@ const LEAST_ANGLE: i32 = 1_00;
 /// How an angle is out of its range.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) enum Beyond {
-    /// It is not.
+    /// The angle is within its range.
     No,
     /// Above the range, or on its back with a positive angle.
     Above,
@@ -30,7 +30,6 @@ pub(super) struct RangeFault {
 }
 
 impl RangeFault {
-    /// No fault yet.
     pub const NONE: Self = Self {
         state: Beyond::No,
         next: Deadline::NEVER,
@@ -55,7 +54,7 @@ impl RangeFault {
         }
     }
 
-    /// The fault.
+    /// How the angle is out of its range now.
     pub fn state(self) -> Beyond {
         self.state
     }

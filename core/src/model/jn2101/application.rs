@@ -56,7 +56,7 @@ const X_WORKS: u8 = 1 << 2;
 /// Self-test register: the Y axis works.
 const Y_WORKS: u8 = 1 << 1;
 
-/// The published values.
+/// The published values, and the angles from which a zero point is calculated.
 #[derive(Clone, Copy, Debug)]
 pub struct Inclination {
     /// The angles in units of the resolution.
@@ -160,7 +160,6 @@ impl Jn2101Application {
         self.faults = self.faults.set(Faults::TEMPERATURE, beyond);
     }
 
-    /// Ends the self-test with this result.
     fn end_test(&mut self, result: Working) -> Inclination {
         self.test_until = Deadline::NEVER;
         let bit = |works: bool, bit: u8| if works { bit } else { 0 };

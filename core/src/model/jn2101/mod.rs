@@ -26,13 +26,13 @@ use crate::param::ParameterId;
 use crate::store::ImageId;
 use crate::store::unit::NAME;
 
-/// The product: its tables.
+/// The product: its tables and rules.
 pub struct Jn2101Product;
 
-/// The sensor.
+/// The node: what a driver or a test starts.
 pub type Jn2101 = CanopenNode<Jn2101Product>;
 
-/// The catalogue entry.
+/// The entry in [`PRODUCTS`](crate::model::catalog::PRODUCTS).
 pub const LISTING: listing::Product = listing::Product::canopen::<Jn2101Product>(
     "jn2101",
     "ifm electronic",

@@ -72,7 +72,7 @@ fn restored(scope: &mut Scope, succeeded: bool) {
     scope.state.restored = succeeded;
 }
 
-/// The programming key (9.11).
+/// The programming key of the present parameters (section 9.11).
 fn key(_: &State, node: &Context<Jn2101Application>) -> Text<NAME> {
     programming_key::compose(&node.parameters)
 }

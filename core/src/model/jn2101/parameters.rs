@@ -10,43 +10,43 @@ pub mod id {
     crate::ids! { pub ParameterId:
         /// COB-ID of the SYNC (1005h).
         SYNC_COB_ID,
-        /// Guard time (100Ch).
+        /// Guard time in ms (100Ch); 0: no life guarding.
         GUARD_TIME,
-        /// Life time factor (100Dh).
+        /// Life time factor (100Dh); the life time is this number of guard times.
         LIFE_TIME_FACTOR,
         /// COB-ID of the EMCY (1014h).
         EMCY_COB_ID,
         /// Inhibit time of the EMCY (1015h).
         EMCY_INHIBIT_TIME,
-        /// Heartbeat time (1017h).
+        /// Producer heartbeat time in ms (1017h); 0: off.
         HEARTBEAT_TIME,
-        /// Error behaviour (1029h:01).
+        /// Error behaviour: the NMT state after a communication error (1029h:01).
         ERROR_BEHAVIOUR,
         /// The first of four parameters of the first TPDO (1800h).
         TPDO0(4),
         /// The first of four parameters of the second TPDO (1801h).
         TPDO1(4),
-        /// NMT start-up (1F80h).
+        /// NMT start-up: whether the node becomes operational by itself (1F80h).
         START_UP,
-        /// Node-ID (2000h).
+        /// Node-ID, 1 to 127 (2000h).
         NODE_ID,
-        /// Baud rate (2001h).
+        /// Baud rate in kbit/s (2001h).
         BAUD_RATE,
-        /// Quadrant correction (2040h).
+        /// Quadrant correction: the range of the angles (2040h).
         QUADRANT,
-        /// Heating (2041h).
+        /// Whether the heater is on (2041h).
         HEATING,
-        /// Teach index (2042h).
+        /// Teach index: no change, relative or absolute measurement (2042h).
         TEACH,
-        /// FIR filter (2043h).
+        /// Cut-off frequency of the FIR filter, as a code (2043h).
         FILTER,
-        /// Angle calculation (2044h).
+        /// Angle calculation: the definition of the angles (2044h).
         DEFINITION,
-        /// Terminating resistor (2045h).
+        /// Whether the terminating resistor is on (2045h).
         TERMINATION,
-        /// Zero point (2046h).
+        /// Zero point: unchanged, relative or absolute measurement (2046h).
         ZERO,
-        /// Resolution (6000h).
+        /// Resolution of the angles in 0.001 deg (6000h).
         RESOLUTION,
         /// The longitudinal angle of the zero point, as a binary angle; not an object.
         ZERO_X,
@@ -59,7 +59,7 @@ pub mod id {
     }
 }
 
-/// The angle definition (2044h).
+/// How the angles follow from the up vector (2044h).
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) enum Definition {
     Perpendicular,
@@ -71,11 +71,11 @@ pub(super) enum Definition {
 /// The range of an angle (2040h).
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) enum Quadrants {
-    /// -90 to 90 deg.
+    /// -90 to +90 deg.
     Two,
-    /// -180 to 180 deg.
+    /// -180 to +180 deg.
     FourSigned,
-    /// 0 to 360 deg.
+    /// 0 to 360 deg, without sign.
     FourUnsigned,
 }
 

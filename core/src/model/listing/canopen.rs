@@ -14,19 +14,19 @@ use crate::param::{ParameterId, Setting};
 /// The tables of a product with the CANopen protocol.
 #[derive(Clone, Copy, Debug)]
 pub struct Tables {
-    /// Its only article.
+    /// The only article of the product.
     pub article: Article,
-    /// The object dictionary.
+    /// The object dictionary, sorted by index and sub-index.
     pub objects: &'static [Object],
     /// The status byte in the manufacturer-specific field of emergency messages, from bit 0 on.
     pub faults: [FaultBit; 8],
     /// Momentary faults without a bit in the status byte.
     pub events: &'static [FaultBit],
-    /// The LED patterns.
+    /// The LED patterns in each NMT state.
     pub leds: LedTable,
-    /// The parameter with the node-ID.
+    /// The parameter that contains the node-ID.
     pub node_id: ParameterId,
-    /// The parameter with the bit rate.
+    /// The parameter that contains the bit rate, as one of `bit_rates`.
     pub bit_rate: ParameterId,
     /// The values of the bit rate parameter and their bit rates.
     pub bit_rates: &'static [(u32, BitRate)],
@@ -63,9 +63,9 @@ pub struct J1939Tables {
     pub settings: fn(usize) -> Option<(Setting, Setting)>,
     /// The parameter with the preferred address.
     pub address: ParameterId,
-    /// The fields of the NAME.
+    /// The fields of the NAME, from the arbitrary address capable bit on.
     pub name: [Setting; 8],
-    /// The diagnostic trouble codes.
+    /// The diagnostic trouble codes that DM1 can contain.
     pub troubles: &'static [Code],
 }
 

@@ -6,15 +6,15 @@ use crate::devicenet::{self, Assembly, DevicenetNode, Identity, Object, Roles};
 /// The tables of a product with the DeviceNet protocol.
 #[derive(Clone, Copy, Debug)]
 pub struct Tables {
-    /// Its only article.
+    /// The only article of the product.
     pub article: Article,
-    /// The identity.
+    /// The identity object (class 1).
     pub identity: Identity,
     /// The parameters that the protocol uses.
     pub roles: Roles,
     /// The objects of the vendor.
     pub objects: &'static [Object],
-    /// The input assemblies.
+    /// The assemblies that I/O messages can contain.
     pub assemblies: &'static [Assembly],
 }
 

@@ -7,17 +7,17 @@ use crate::fsc::{self, Article, FscNode, StatusBit};
 /// The tables of a product with the FSC protocol.
 #[derive(Clone, Copy, Debug)]
 pub struct Tables {
-    /// Its articles.
+    /// The articles of the product, the default first.
     pub articles: &'static [Article],
     /// The parameters that the protocol uses.
     pub roles: Roles,
     /// The codes that read and write parameters.
     pub access: &'static [Access],
-    /// The other functions.
+    /// The functions that do not access parameters.
     pub functions: &'static [Function],
     /// The status byte, from bit 0 on.
     pub status: [StatusBit; 8],
-    /// The LED patterns.
+    /// The LED patterns while the bit rate is being detected and in operation.
     pub leds: LedTable,
 }
 
@@ -27,7 +27,6 @@ impl Tables {
     }
 }
 
-/// An article as data.
 pub(super) fn article(article: &Article) -> super::Article {
     super::Article {
         name: article.name,

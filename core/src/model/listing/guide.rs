@@ -36,7 +36,7 @@ impl Guide {
 /// A parameter whose value, in its own unit, is the unit of other numbers.
 #[derive(Clone, Copy, Debug)]
 pub struct Resolution {
-    /// The parameter.
+    /// The parameter with the unit.
     pub parameter: ParameterId,
     /// The parameters in this unit. Their permitted values in the table are those at the factory value of the resolution.
     pub parameters: &'static [ParameterId],
@@ -71,7 +71,7 @@ impl Adjustment {
 pub enum Written {
     /// A request without data: the sensor takes the number from the present position.
     Nothing,
-    /// This number.
+    /// This number, as a raw number.
     Number(u32),
     /// The present number with these bits set.
     Bits(u32),

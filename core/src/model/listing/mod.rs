@@ -23,7 +23,7 @@ use crate::store::{ImageId, Owner};
 use crate::time::Instant;
 use core::any::TypeId;
 
-/// A product, as data.
+/// A product as data, for programs on a PC.
 #[derive(Clone, Copy, Debug)]
 pub struct Product {
     /// Its short name, for example `is2`. It is used on command lines and is the name of the firmware image.
@@ -34,11 +34,11 @@ pub struct Product {
     pub vendor: &'static str,
     /// Its protocol, with the tables.
     pub protocol: Protocol,
-    /// Its parameters.
+    /// The parameters, in the order of their ids.
     pub parameters: &'static [Parameter],
     /// The constraints between the parameters.
     pub constraints: &'static [Constraint],
-    /// The published values.
+    /// The published quantities, in the order of their ids.
     pub quantities: &'static [Quantity],
     /// The heater of its measuring cell, if it has one.
     pub heater: Option<&'static heater::Settings>,
@@ -50,7 +50,7 @@ pub struct Product {
     pub layout: u8,
     /// The size, in bytes, of the buffer of a [`Store`](crate::store::Store) for it.
     pub store_buffer: usize,
-    /// A guide for tools.
+    /// Short names, units, zero point and teach-in for tools.
     pub guide: &'static Guide,
     /// The type of its node. Products with the same type differ by constants only.
     pub node: TypeId,
@@ -158,11 +158,11 @@ impl Article {
 /// The protocol of a product, with its tables.
 #[derive(Clone, Copy, Debug)]
 pub enum Protocol {
-    /// GEMAC function select codes.
+    /// GEMAC's function select codes (FSC).
     Fsc(fsc::Tables),
-    /// CANopen.
+    /// CANopen (CiA 301), also with J1939 as a second protocol.
     Canopen(canopen::Tables),
-    /// DeviceNet.
+    /// DeviceNet, as a Group 2 Only server.
     Devicenet(devicenet::Tables),
 }
 

@@ -34,7 +34,7 @@ pub trait Axes: Table {
     fn measure(up: I32x3) -> [Angle; 2];
 }
 
-/// The published values.
+/// The published values in the resolution, and those for displays.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Inclination {
     /// The words, in units of the resolution.

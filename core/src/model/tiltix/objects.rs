@@ -21,7 +21,7 @@ pub(super) const ROLES: Roles = Roles {
     cos_delta: id::COS_DELTA,
 };
 
-/// The input assemblies.
+/// The input assemblies: the longitudinal slope, the lateral one, and both.
 pub(super) const ASSEMBLIES: &[Assembly] = &[
     Assembly {
         instance: 101,
@@ -58,7 +58,7 @@ pub(super) const fn identity(
     }
 }
 
-/// The angle object with its attributes.
+/// The object of the angles (class 65h) with these attributes.
 pub(super) const fn angle(attributes: &'static [Attribute]) -> Object {
     Object {
         class: 0x65,
@@ -209,8 +209,8 @@ const fn guide(angles: &'static [ValueId], zero: &'static [Adjustment]) -> Guide
     }
 }
 
-/// The guide for one axis.
+/// The guide of a product with one axis, for tools.
 pub(super) const GUIDE_ONE_AXIS: Guide = guide(&[value::SLOPE[0]], &[ZERO_X]);
 
-/// The guide for two axes.
+/// The guide of a product with two axes, for tools.
 pub(super) const GUIDE_TWO_AXES: Guide = guide(&value::SLOPE, &[ZERO_X, ZERO_Y]);

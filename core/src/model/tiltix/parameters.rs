@@ -18,7 +18,7 @@ pub mod id {
     pub const BAUD_RATE: ParameterId = ParameterId(1);
     /// Bus-off interrupt (class 3, attribute 3).
     pub const BUS_OFF_INTERRUPT: ParameterId = ParameterId(2);
-    /// Resolution (71h).
+    /// Resolution of the angles (attribute 71h).
     pub const RESOLUTION: ParameterId = ParameterId(3);
     /// Operating parameter of each axis (73h, 7Bh).
     pub const OPERATING: [ParameterId; 2] = [ParameterId(4), ParameterId(8)];
@@ -28,23 +28,23 @@ pub mod id {
     pub const OFFSET: [ParameterId; 2] = [ParameterId(6), ParameterId(10)];
     /// Differential offset of each axis (77h, 7Fh).
     pub const DIFFERENTIAL: [ParameterId; 2] = [ParameterId(7), ParameterId(11)];
-    /// Polled assembly instance (81h).
+    /// Instance of the assembly in poll responses (81h).
     pub const POLLED_ASSEMBLY: ParameterId = ParameterId(12);
-    /// Cyclic/COS assembly instance (82h).
+    /// Instance of the assembly in cyclic and COS messages (82h).
     pub const CYCLIC_ASSEMBLY: ParameterId = ParameterId(13);
     /// Size of the moving average filter (84h).
     pub const SIZE: ParameterId = ParameterId(14);
     /// Weighting factor of the recursive filter (85h).
     pub const WEIGHT: ParameterId = ParameterId(15);
-    /// Terminal resistor (87h).
+    /// Whether the terminal resistor is on (87h).
     pub const TERMINATION: ParameterId = ParameterId(16);
-    /// COS delta (88h).
+    /// The least change that causes a COS message (88h).
     pub const COS_DELTA: ParameterId = ParameterId(17);
     /// Preset enable of each axis (75h, 7Dh): at the end, because older firmware did not store it.
     pub const PRESET_ENABLE: [ParameterId; 2] = [ParameterId(18), ParameterId(19)];
 }
 
-/// The number of parameters.
+/// The number of parameters of each product.
 pub(super) const COUNT: usize = 20;
 
 /// Operating parameter, bit 0: the angle is inverted.
@@ -79,12 +79,12 @@ static RESOLUTIONS: [(u16, Resolution); 3] = RESOLUTION_CODING.codes();
 pub(super) struct Resolution(u32);
 
 impl Resolution {
-    /// 0.01 deg.
+    /// The highest resolution, 0.01 deg.
     pub const HIGHEST: Self = Self(1);
-    /// Before the start.
+    /// The resolution before the parameters are applied.
     pub const UNKNOWN: Self = Self(0);
 
-    /// The resolution in force.
+    /// The resolution that the parameters contain.
     pub fn of<T: Table>(parameters: &Parameters<T>) -> Self {
         Self::with_code(parameters.get(id::RESOLUTION))
     }
@@ -139,7 +139,7 @@ impl Range {
         }
     }
 
-    /// The type of a word.
+    /// The type of a word with an angle of this range.
     pub(super) const fn word(self) -> DataType {
         match self {
             Self::Signed => DataType::I16,
@@ -265,7 +265,7 @@ const fn named(id: ParameterId, name: &'static str, meanings: &'static [Meaning]
 
 const SWITCH: &[Meaning] = &[(0, "off"), (1, "on")];
 
-/// An assembly instance.
+/// A parameter that contains the instance of an assembly.
 const fn assembly(id: ParameterId, name: &'static str) -> Parameter {
     Parameter {
         factory: 103,

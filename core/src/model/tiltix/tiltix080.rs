@@ -14,10 +14,10 @@ use crate::store::ImageId;
 /// The product: tables and measurement of two axes.
 pub struct Tiltix080Product;
 
-/// The sensor.
+/// The node: what a driver or a test starts.
 pub type Tiltix080 = DevicenetNode<Tiltix080Product>;
 
-/// The catalogue entry.
+/// The entry in [`PRODUCTS`](crate::model::catalog::PRODUCTS).
 pub const LISTING: listing::Product =
     listing::Product::devicenet::<Tiltix080Product>("tiltix080", "TILTIX080")
         .guided(&objects::GUIDE_TWO_AXES);

@@ -14,10 +14,10 @@ use crate::store::ImageId;
 /// The product: tables and measurement of one axis.
 pub struct Tiltix360Product;
 
-/// The sensor.
+/// The node: what a driver or a test starts.
 pub type Tiltix360 = DevicenetNode<Tiltix360Product>;
 
-/// The catalogue entry.
+/// The entry in [`PRODUCTS`](crate::model::catalog::PRODUCTS).
 pub const LISTING: listing::Product =
     listing::Product::devicenet::<Tiltix360Product>("tiltix360", "TILTIX360")
         .guided(&objects::GUIDE_ONE_AXIS);
