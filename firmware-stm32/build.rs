@@ -4,7 +4,7 @@
 //! Cargo gives linker arguments to the programs of this package only. The build script of a program in another package gets them in
 //! `DEP_FIRMWARE_STM32_ARGUMENTS`: see `host-tests/template/build.rs`.
 
-use std::env::{var, var_os};
+use std::env::{var, var_os, vars};
 use std::fs::{copy, write};
 use std::path::{Path, PathBuf};
 
@@ -14,37 +14,32 @@ fn main() {
     if var("CARGO_CFG_TARGET_OS").as_deref() != Ok("none") {
         return;
     }
-    let bluepill = feature("BLUEPILL");
-    let nucleo = feature("NUCLEO_F446RE");
-    if bluepill != nucleo {
-        println!("cargo:rustc-cfg=board");
-    }
+    let boards: Vec<String> = vars().filter_map(|(name, _)| board(&name)).collect();
+    let [board] = &boards[..] else {
+        // The library says so.
+        return;
+    };
+    println!("cargo:rustc-cfg=board");
     println!("cargo:rerun-if-env-changed=CARGO_ENCODED_RUSTFLAGS");
-    if bluepill {
+    let is_f103 = feature("STM32F103");
+    if is_f103 {
         require_processor();
     }
     // The linker searches here for the scripts that link.x includes, also for a program of another package.
     let folder = PathBuf::from(var_os("OUT_DIR").expect("cargo sets OUT_DIR"));
     println!("cargo:rustc-link-search={}", folder.display());
-    // In the published package, the memory is beside this file.
-    let memory = ["memory.x", "../memory.x"].map(Path::new);
-    let memory = memory.iter().find(|path| path.exists());
-    let memory = memory.expect("the package contains memory.x");
+    let memory = memory(board);
     println!("cargo:rerun-if-changed={}", memory.display());
     copy(memory, folder.join("memory.x")).expect("the folder can be written");
-    // The Blue Pill has a vector table of its own. cortex-m-rt expects the names of its handlers in this file: this one is only in
+    write(folder.join("board.x"), name_section(board)).expect("the folder can be written");
+    // The boards with an STM32F103 have a vector table of their own. cortex-m-rt expects the names of its handlers in this file: this one is only in
     // products that detect the bit rate.
-    if bluepill {
+    if is_f103 {
         let handlers = "PROVIDE(TIM4 = DefaultHandler);\n";
         write(folder.join("device.x"), handlers).expect("the folder can be written");
     }
     // Otherwise the linker aligns segments to pages of 64 KiB.
-    let mut arguments = vec!["--nmagic"];
-    // Before link.x, which includes memory.x.
-    if nucleo {
-        arguments.push("--defsym=NUCLEO_F446RE=1");
-    }
-    arguments.push("-Tlink.x");
+    let mut arguments = vec!["--nmagic", "-Tlink.x", "-Tboard.x"];
     if feature("DEFMT") {
         arguments.push("-Tdefmt.x");
     }
@@ -56,13 +51,31 @@ fn main() {
     println!("cargo:rustc-link-arg-bin=panic-free=--defsym=PANIC_FREE=1");
 }
 
+/// The linker script of a section with the name of the board. It is a part of the ELF file that is not loaded. Programs on a PC read it.
+fn name_section(board: &str) -> String {
+    let name = board.replace('_', "-");
+    let bytes: String = name.bytes().map(|byte| format!(" BYTE({byte})")).collect();
+    format!("SECTIONS {{ .plumbline.board 0 (INFO) : {{{bytes} }} }}\n")
+}
+
+/// The memory layout of a board.
+fn memory(board: &str) -> PathBuf {
+    Path::new("src/board").join(board).join("memory.x")
+}
+
+/// The board that this variable of cargo selects: its feature has the name of its folder, which contains the memory layout.
+fn board(variable: &str) -> Option<String> {
+    let board = variable.strip_prefix("CARGO_FEATURE_")?.to_lowercase();
+    memory(&board).exists().then_some(board)
+}
+
 /// Fails without the compiler flag of `.cargo/config.toml`: RUSTFLAGS replaces the flags there, and cargo finds that file only from inside
 /// of the project.
 fn require_processor() {
     let flags = var("CARGO_ENCODED_RUSTFLAGS").unwrap_or_default();
     assert!(
         flags.contains("target-cpu=cortex-m3"),
-        "the Blue Pill needs the flag -Ctarget-cpu=cortex-m3 (Arm erratum 602117). .cargo/config.toml has it, but RUSTFLAGS replaces it: \
+        "the STM32F103 needs the flag -Ctarget-cpu=cortex-m3 (Arm erratum 602117). .cargo/config.toml has it, but RUSTFLAGS replaces it: \
          add it there, and start cargo inside of the project"
     );
 }

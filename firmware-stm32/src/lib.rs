@@ -4,21 +4,17 @@
 //! from the accelerometer into the measuring half, in the main loop (`app`). `can`, `imu`, `flash` and `clock` are the drivers. `board`
 //! contains the pins. A file in `src/bin` selects the product.
 //!
-//! The board is selected by a feature (`bluepill`, `nucleo-f446re`), and the feature `defmt` adds the log. On a PC, only the
-//! modules without hardware access are compiled, for their tests: [`bit_timing`], [`silicon`], and of [`imu`] what has no driver.
+//! The board is selected by a feature (`bluepill`, `nucleo-f103rb`, `nucleo-f446re`), and the feature `defmt` adds the log. On a PC, only
+//! the modules without hardware access are compiled, for their tests: [`bit_timing`], [`silicon`], and of [`imu`] what has no driver.
 #![cfg_attr(target_os = "none", no_std)]
 
-#[cfg(all(
-    target_os = "none",
-    not(any(feature = "bluepill", feature = "nucleo-f446re"))
-))]
-compile_error!("choose a board: feature `bluepill` (the default) or `nucleo-f446re`");
+#[cfg(all(target_os = "none", not(board)))]
+compile_error!(
+    "select one board: the default is the feature `bluepill`; the features of other boards go with --no-default-features"
+);
 
-#[cfg(all(feature = "bluepill", feature = "nucleo-f446re"))]
-compile_error!("one board only: `nucleo-f446re` goes with --no-default-features");
-
-#[cfg(all(target_os = "none", target_abi = "eabihf", feature = "bluepill"))]
-compile_error!("the Blue Pill has no FPU: build it with --target thumbv7m-none-eabi");
+#[cfg(all(target_os = "none", target_abi = "eabihf", feature = "stm32f103"))]
+compile_error!("the STM32F103 has no FPU: build it with --target thumbv7m-none-eabi");
 
 /// For the macros of this crate.
 #[doc(hidden)]
@@ -35,7 +31,7 @@ pub mod bit_timing;
 pub mod imu;
 pub mod silicon;
 
-// The build script sets `board` if the target has no operating system and a board is selected.
+// The build script sets `board` if the target has no operating system and one board is selected.
 #[cfg(board)]
 pub mod app;
 #[cfg(board)]

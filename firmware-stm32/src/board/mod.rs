@@ -11,10 +11,20 @@ mod registers;
 
 pub use registers::Configuration;
 
+#[cfg(feature = "stm32f103")]
+mod stm32f103;
+#[cfg(feature = "stm32f103")]
+pub use stm32f103::*;
+
 #[cfg(feature = "bluepill")]
 mod bluepill;
 #[cfg(feature = "bluepill")]
 pub use bluepill::*;
+
+#[cfg(feature = "nucleo-f103rb")]
+mod nucleo_f103rb;
+#[cfg(feature = "nucleo-f103rb")]
+pub use nucleo_f103rb::*;
 
 #[cfg(feature = "nucleo-f446re")]
 mod nucleo_f446re;
@@ -99,7 +109,7 @@ const ATTEMPT: u32 = INTERNAL_CLOCK / 2;
 /// Starts HSE and waits for it, and for the supply. After the first attempt without success the error LED is on. Until an attempt succeeds
 /// the board stays off the bus: the internal oscillator is too inaccurate for CAN, and at a low supply the transceiver works outside of its
 /// limits and the flash cannot be erased in advance. The watchdog is fed, because a reset would not help. Each attempt switches the
-/// oscillator on again: a crystal can start by this, and an external clock can appear later. On the Nucleo, attempts with the external
+/// oscillator on again: a crystal can start by this, and an external clock can appear later. On a Nucleo, attempts with the external
 /// clock and with the crystal alternate.
 fn start_oscillator(
     rcc: &pac::RCC,

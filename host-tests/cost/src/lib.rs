@@ -26,7 +26,7 @@ use scenario::{Figures, Phases};
 use std::collections::BTreeMap;
 use std::rc::Rc;
 use std::time::Instant;
-use stm32_sim::chip::Chip;
+use stm32_sim::board::Board;
 use stm32_sim::cortex_m::timing::Cycles;
 use stm32_sim::elf::{Image, Part, Shares};
 
@@ -107,7 +107,7 @@ pub fn measure(
     // The cycles of the Cortex-M4 are not modelled, so there are no times on the Nucleo.
     figures.retain(|key, _| {
         let row = Row::find(key);
-        product.chip == Chip::F103 || row.is_none_or(|row| row.unit != Unit::Nanoseconds)
+        product.board == Board::BluePill || row.is_none_or(|row| row.unit != Unit::Nanoseconds)
     });
     phases.retain(|key, _| figures.contains_key(key));
     Ok(Report {

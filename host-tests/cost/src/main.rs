@@ -134,12 +134,12 @@ fn reports(products: &[MeasuredProduct], options: &Options) -> Result<Vec<Report
         let path = match &options.elf {
             Some(path) => path.clone(),
             None => {
-                let images = match built.entry(product.chip) {
+                let images = match built.entry(product.board) {
                     Entry::Occupied(images) => images.into_mut(),
                     Entry::Vacant(place) => {
-                        let on_board = products.iter().filter(|one| one.chip == product.chip);
+                        let on_board = products.iter().filter(|one| one.board == product.board);
                         let names: Vec<_> = on_board.map(|one| one.name).collect();
-                        place.insert(firmware::build(product.chip, &names)?)
+                        place.insert(firmware::build(product.board, &names)?)
                     }
                 };
                 let image = images.get(product.name);
@@ -152,9 +152,9 @@ fn reports(products: &[MeasuredProduct], options: &Options) -> Result<Vec<Report
             .map_err(|error| format!("cannot read {}: {error}", path.display()))?;
         let image = Image::parse(&bytes)
             .map_err(|error| format!("cannot read {}: {error}", path.display()))?;
-        if image.chip() != product.chip {
-            let chip = product.chip.facts().name;
-            return Err(format!("{} is not an image for the {chip}", path.display()).into());
+        if image.board() != product.board {
+            let board = product.board.facts().name;
+            return Err(format!("{} is not an image for the board {board}", path.display()).into());
         }
         reports.push(measure(
             *product,

@@ -11,7 +11,7 @@ use plumbline::can::{Frame, extended, standard};
 use plumbline::canopen::dictionary::Object;
 use plumbline::model::catalog::{self, Product, bases};
 use plumbline::time::Duration;
-use stm32_sim::chip::Chip;
+use stm32_sim::board::Board;
 use tiltix::DEVICENET;
 
 /// A message of the tester: an identifier, of 29 bits above 7FFh, and data.
@@ -148,8 +148,8 @@ pub struct Protocol {
 pub struct MeasuredProduct {
     /// The name of its figures: that of the product, on the Nucleo with a prefix.
     pub label: &'static str,
-    /// The microcontroller that runs its image.
-    pub chip: Chip,
+    /// The board that runs its image.
+    pub board: Board,
     /// Its name, and that of its image.
     pub name: &'static str,
     /// Its protocol.
@@ -166,7 +166,7 @@ impl MeasuredProduct {
     pub fn with(product: &Product, protocol: &'static Protocol) -> Self {
         Self {
             label: product.name,
-            chip: Chip::F103,
+            board: Board::BluePill,
             name: product.name,
             protocol,
             swept: match product.protocol {
@@ -208,7 +208,7 @@ fn on_nucleo((label, name): (&'static str, &'static str)) -> Option<MeasuredProd
     let product = find(name)?;
     Some(MeasuredProduct {
         label,
-        chip: Chip::F446,
+        board: Board::NucleoF446,
         swept: false,
         ..product
     })

@@ -11,7 +11,7 @@ use plumbline::time::{Duration, Instant, after, millis, reached};
 use std::f64::consts::TAU;
 use std::rc::Rc;
 use stm32_sim::Microcontroller;
-use stm32_sim::chip::Chip;
+use stm32_sim::board::Board;
 use stm32_sim::cortex_m::timing::Cycles;
 use stm32_sim::elf::Image;
 use stm32_sim::flash::Times;
@@ -86,15 +86,15 @@ impl Rig {
     pub fn new(product: MeasuredProduct, image: Rc<Image>, cycles: Cycles) -> Self {
         let mut bus = Bus::new(product.protocol.bus);
         let motion = Box::new(Tumble);
-        let memory = Flash::blank(image.chip().facts().geometry);
+        let memory = Flash::blank(image.board().chip().facts().geometry);
         let mut controller = Microcontroller::new(product.name, image, 1, memory, motion).quiet();
         // The cycles of the Cortex-M4 are not modelled.
-        if product.chip == Chip::F103 {
+        if product.board == Board::BluePill {
             controller.core_mut().set_cycles(Some(cycles));
             controller
                 .io_mut()
                 .flash
-                .set_times(Times::longest(product.chip));
+                .set_times(Times::longest(product.board.chip()));
         }
         let device = bus.attach(controller);
         let tester = bus.adapter();

@@ -10,7 +10,7 @@ use std::path::PathBuf;
 use std::rc::Rc;
 use std::sync::LazyLock;
 use std::thread;
-use stm32_sim::chip::Chip;
+use stm32_sim::board::Board;
 use stm32_sim::cortex_m::timing::Cycles;
 use stm32_sim::elf::Image;
 use stm32_sim::firmware;
@@ -20,7 +20,8 @@ const FAMILIES: [&str; 4] = ["is2", "jn2101", "ims360", "tiltix080"];
 
 /// One run of the scenario for each model, shared by all tests.
 static REPORTS: LazyLock<Vec<Report>> = LazyLock::new(|| {
-    let images = firmware::build(Chip::F103, &FAMILIES).unwrap_or_else(|error| panic!("{error}"));
+    let images =
+        firmware::build(Board::BluePill, &FAMILIES).unwrap_or_else(|error| panic!("{error}"));
     let report = |name: &str| {
         let product = products::find(name).expect("it is in the catalogue");
         measure(

@@ -54,8 +54,6 @@ struct Facts {
     stable: Picoseconds,
     /// The switch resistance in ohm, and the capacitance in F, of the input.
     input: (f64, f64),
-    /// The channel at the divider.
-    channel: u32,
 }
 
 impl Facts {
@@ -67,7 +65,7 @@ impl Facts {
     }
 }
 
-/// RM0008, section 11.12; DS5319, 12-bit ADC characteristics. PA0 is channel 0.
+/// RM0008, section 11.12; DS5319, 12-bit ADC characteristics.
 static F103: Facts = Facts {
     defined: [0x00CF_FFFF, 0x00FE_F90F],
     modelled: ON | CALIBRATE | RESET_CALIBRATION | F103_EVENT | F103_TRIGGER | F103_START,
@@ -76,10 +74,9 @@ static F103: Facts = Facts {
     fastest: 14_000_000,
     stable: MICROSECOND,
     input: (1000.0, 8e-12),
-    channel: 0,
 };
 
-/// RM0390, section 13.13; DS10693, ADC characteristics, at 2.4 V and more. PC0 is channel 10.
+/// RM0390, section 13.13; DS10693, ADC characteristics, at 2.4 V and more.
 static F446: Facts = Facts {
     defined: [0x07C0_FFFF, 0x7F7F_0F03],
     modelled: ON | F446_START,
@@ -88,7 +85,6 @@ static F446: Facts = Facts {
     fastest: 36_000_000,
     stable: 3 * MICROSECOND,
     input: (6000.0, 7e-12),
-    channel: 10,
 };
 
 /// What the converter needs for an access.
@@ -113,6 +109,8 @@ struct Conversion {
 #[derive(Debug)]
 pub struct Adc {
     chip: Chip,
+    /// The channel at the divider.
+    channel: u32,
     status: u32,
     control: [u32; 2],
     /// ADC_SMPR1 and ADC_SMPR2: channels 10 to 18, channels 0 to 9.
@@ -131,10 +129,11 @@ pub struct Adc {
 }
 
 impl Adc {
-    /// After a reset.
-    pub fn new(chip: Chip) -> Self {
+    /// After a reset. The divider is at this channel.
+    pub fn new(chip: Chip, channel: u32) -> Self {
         Self {
             chip,
+            channel,
             status: 0,
             control: [0; 2],
             sampling: [0; 2],
@@ -161,7 +160,7 @@ impl Adc {
             }
         }
         if let Some(conversion) = self.conversion.take_if(|it| it.end <= now) {
-            let is_supply = self.sequence[2] & 0x1F == Facts::of(self.chip).channel;
+            let is_supply = self.sequence[2] & 0x1F == self.channel;
             let (supply, reference) = measure(conversion.sampled);
             let (upper, lower) = DIVIDER;
             let pin = f64::from(supply) * lower / (upper + lower);
@@ -305,7 +304,7 @@ impl Adc {
             ),
             (self.conversion.is_some(), "starts again while it converts"),
             (
-                channel != facts.channel,
+                channel != self.channel,
                 "nothing is connected to the channel",
             ),
             (!around.is_analog, "the pin is not analog"),

@@ -28,16 +28,14 @@ pub struct Dbgmcu {
 }
 
 impl Dbgmcu {
-    /// After power-on.
+    /// After power-on, before [`set_silicon`](Self::set_silicon).
     pub fn new(chip: Chip) -> Self {
-        let mut registers = Self {
+        Self {
             chip,
             identity: 0,
             reads: false,
             registers: [0; 3],
-        };
-        registers.set_silicon(&Silicon::genuine(chip));
-        registers
+        }
     }
 
     /// A power-on reset.

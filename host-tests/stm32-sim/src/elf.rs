@@ -5,7 +5,7 @@ mod shares;
 #[cfg(test)]
 mod tests;
 
-use super::chip::Chip;
+use super::board::Board;
 use object::elf::{EM_ARM, FileHeader32, PT_LOAD};
 use object::read::elf::{ElfFile32, FileHeader, ProgramHeader};
 use object::{Endianness, Object, ObjectSection, ObjectSymbol, SectionKind, SymbolKind};
@@ -36,15 +36,24 @@ pub enum ImageError {
     /// The file ends before the end of a segment.
     #[error("the segment at {0:#010x} is not completely in the file")]
     Truncated(u32),
-    /// A segment is at this address, which is not in the flash of the program of this microcontroller.
+    /// It does not contain the name of a board.
+    #[error("it does not say for which board it is: the section {BOARD} is missing")]
+    NoBoard,
+    /// It is for a board of this name, which the simulator does not have.
+    #[error("it is for the board {0}, which is not known; the boards are {names}", names = names())]
+    Board(String),
+    /// A segment is at this address, which is not in the flash of the program of this board.
     #[error("the segment at {0:#010x} is outside the flash of the program, {places}", places = places(*.1))]
-    Place(u32, Chip),
+    Place(u32, Board),
     /// There is no vector table at the start of flash.
     #[error(
         "there is no valid vector table at 0x08000000: it needs a stack in RAM and a start in flash"
     )]
     Vectors,
 }
+
+/// The section with the name of the board.
+const BOARD: &str = ".plumbline.board";
 
 /// The start of RAM.
 const RAM_START: u32 = 0x2000_0000;
@@ -90,7 +99,7 @@ impl Section {
 /// A firmware image.
 #[derive(Clone, Debug)]
 pub struct Image {
-    chip: Chip,
+    board: Board,
     segments: Vec<Segment>,
     sections: Vec<Section>,
     /// By rising address; the larger first if several have the same address.
@@ -104,10 +113,10 @@ impl Image {
     /// [`ImageError`].
     pub fn parse(elf: &[u8]) -> Result<Self, ImageError> {
         let segments = segments(elf)?;
-        let chip = chip_of(&segments)?;
-        check_places(chip, &segments)?;
-        check_vectors(chip, &segments)?;
         let file: ElfFile32 = ElfFile32::parse(elf)?;
+        let board = board_of(&file)?;
+        check_places(board, &segments)?;
+        check_vectors(board, &segments)?;
         let mut symbols: Vec<Symbol> = file.symbols().filter_map(symbol).collect();
         symbols.sort_by_key(|symbol| (symbol.address, std::cmp::Reverse(symbol.size)));
         let sections = file
@@ -122,17 +131,16 @@ impl Image {
             })
             .collect::<Result<_, object::Error>>()?;
         Ok(Self {
-            chip,
+            board,
             segments,
             sections,
             symbols,
         })
     }
 
-    /// The microcontroller of the image, derived from the start address of the program: the program for the STM32F446 starts after its
-    /// parameters, which is beyond the end of the flash of the STM32F103.
-    pub fn chip(&self) -> Chip {
-        self.chip
+    /// The board of the image, which its ELF file names.
+    pub fn board(&self) -> Board {
+        self.board
     }
 
     /// The segments to load.
@@ -246,6 +254,9 @@ fn segments(elf: &[u8]) -> Result<Vec<Segment>, ImageError> {
             bytes: bytes.to_vec(),
         });
     }
+    if segments.is_empty() {
+        return Err(ImageError::Empty);
+    }
     Ok(segments)
 }
 
@@ -260,52 +271,53 @@ fn vectors(segments: &[Segment]) -> Option<[u32; 2]> {
     Some([vector(0)?, vector(1)?])
 }
 
-/// The microcontroller, derived from the start address of the program. It is the STM32F103 if the address is in the flash of neither.
-fn chip_of(segments: &[Segment]) -> Result<Chip, ImageError> {
-    if segments.is_empty() {
-        return Err(ImageError::Empty);
-    }
-    let start = vectors(segments).map_or(0, |[_, start]| start);
-    let end = Chip::F103.facts().parameters.end;
-    let is_beyond = start >= end && in_program(Chip::F446, start);
-    Ok(if is_beyond { Chip::F446 } else { Chip::F103 })
+/// The board that the file names.
+fn board_of(file: &ElfFile32) -> Result<Board, ImageError> {
+    let section = file.section_by_name(BOARD).ok_or(ImageError::NoBoard)?;
+    let name = String::from_utf8_lossy(section.data()?);
+    Board::find(&name).ok_or_else(|| ImageError::Board(name.into_owned()))
+}
+
+/// The names of all boards as text.
+fn names() -> String {
+    Board::ALL.map(|board| board.facts().name).join(", ")
 }
 
 /// The address ranges of the program as text.
-fn places(chip: Chip) -> String {
-    let parts = chip.facts().program.iter();
+fn places(board: Board) -> String {
+    let parts = board.facts().program.iter();
     let parts = parts.map(|part| format!("{:#010x} to {:#010x}", part.start, part.end - 1));
     parts.collect::<Vec<_>>().join(" and ")
 }
 
-fn in_program(chip: Chip, address: u32) -> bool {
-    let mut parts = chip.facts().program.iter();
+fn in_program(board: Board, address: u32) -> bool {
+    let mut parts = board.facts().program.iter();
     parts.any(|part| part.contains(&address))
 }
 
 /// Checks that everything to load is in the flash of the program.
-fn check_places(chip: Chip, segments: &[Segment]) -> Result<(), ImageError> {
+fn check_places(board: Board, segments: &[Segment]) -> Result<(), ImageError> {
     let fits = |segment: &Segment| {
         let start = u64::from(segment.load_address);
         let end = start + segment.bytes.len() as u64;
-        let mut parts = chip.facts().program.iter();
+        let mut parts = board.facts().program.iter();
         parts.any(|part| u64::from(part.start) <= start && end <= u64::from(part.end))
     };
     match segments.iter().find(|segment| !fits(segment)) {
-        Some(segment) => Err(ImageError::Place(segment.load_address, chip)),
+        Some(segment) => Err(ImageError::Place(segment.load_address, board)),
         None => Ok(()),
     }
 }
 
 /// Checks the first two vectors: the stack, which grows down from its top, must be in RAM and word-aligned, the program in flash
 /// and in Thumb state (PM0056, sections 2.1.3 and 2.3.4).
-fn check_vectors(chip: Chip, segments: &[Segment]) -> Result<(), ImageError> {
+fn check_vectors(board: Board, segments: &[Segment]) -> Result<(), ImageError> {
     let Some([stack, reset]) = vectors(segments) else {
         return Err(ImageError::Vectors);
     };
-    let ram: Range<u32> = chip.ram();
+    let ram: Range<u32> = board.chip().ram();
     let has_stack = ram.start < stack && stack <= ram.end && stack % 4 == 0;
-    let has_start = in_program(chip, reset) && reset % 2 == 1;
+    let has_start = in_program(board, reset) && reset % 2 == 1;
     if has_stack && has_start {
         Ok(())
     } else {

@@ -1,20 +1,12 @@
 //! Builds the firmware as it is flashed, to run its image on the PC.
 
-use super::chip::Chip;
+use super::board::Board;
 use cargo_metadata::Message;
 use std::collections::BTreeMap;
 use std::fmt;
 use std::io::BufReader;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
-
-/// The target of a board's processor, and the feature of the board.
-fn board(chip: Chip) -> (&'static str, &'static str) {
-    match chip {
-        Chip::F103 => ("thumbv7m-none-eabi", "bluepill"),
-        Chip::F446 => ("thumbv7em-none-eabihf", "nucleo-f446re"),
-    }
-}
 
 /// The reason why there is no image.
 #[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
@@ -27,35 +19,40 @@ impl BuildError {
     }
 }
 
-/// The ELF files of these programs, as they are flashed to the board of a microcontroller, by name; builds those that are not up to
+/// The ELF files of these programs, as they are flashed to a board, by name; builds those that are not up to
 /// date.
 ///
 /// Installs the target with rustup if it is missing.
 ///
 /// # Errors
 /// There is no program of a name, the build fails, or the target is missing and there is no rustup.
-pub fn build(chip: Chip, names: &[&str]) -> Result<BTreeMap<String, PathBuf>, BuildError> {
-    let (_, feature) = board(chip);
-    build_with(chip, names, feature, None)
+pub fn build(board: Board, names: &[&str]) -> Result<BTreeMap<String, PathBuf>, BuildError> {
+    let name = board.facts().name;
+    // Two boards have the target of the Blue Pill, and the images of one would replace those of the other. As the alias of cargo.
+    let folder = (board == Board::NucleoF103).then(|| workspace().join("target").join(name));
+    build_with(board, names, name, folder.as_deref())
 }
 
 /// As [`build`], with the log. The files are in a folder of their own, so that they do not replace those without the log.
 ///
 /// # Errors
 /// As [`build`].
-pub fn build_with_log(chip: Chip, names: &[&str]) -> Result<BTreeMap<String, PathBuf>, BuildError> {
-    let (_, feature) = board(chip);
+pub fn build_with_log(
+    board: Board,
+    names: &[&str],
+) -> Result<BTreeMap<String, PathBuf>, BuildError> {
+    let feature = board.facts().name;
     let folder = workspace().join("target").join("with-log");
-    build_with(chip, names, &format!("{feature},defmt"), Some(&folder))
+    build_with(board, names, &format!("{feature},defmt"), Some(&folder))
 }
 
 fn build_with(
-    chip: Chip,
+    board: Board,
     names: &[&str],
     features: &str,
     folder: Option<&Path>,
 ) -> Result<BTreeMap<String, PathBuf>, BuildError> {
-    let (target, _) = board(chip);
+    let target = board.facts().target;
     add_target(target)?;
     let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
     let mut build = Command::new(cargo)

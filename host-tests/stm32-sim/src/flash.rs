@@ -8,6 +8,7 @@ mod f103;
 mod f446;
 mod operation;
 
+use super::board::Board;
 use super::chip::Chip;
 use super::cortex_m::timing::FlashTiming;
 use super::io::{AccessError, Width};
@@ -27,6 +28,7 @@ const CR: u32 = 0x10;
 /// The flash interface and the parameter pages.
 #[derive(Debug)]
 pub struct FlashInterface {
+    board: Board,
     chip: Chip,
     parameters: Flash,
     acr: u32,
@@ -54,10 +56,12 @@ impl FlashInterface {
     ///
     /// # Panics
     /// When the memory is that of another microcontroller.
-    pub fn new(chip: Chip, parameters: Flash) -> Self {
+    pub fn new(board: Board, parameters: Flash) -> Self {
+        let chip = board.chip();
         let geometry = chip.facts().geometry;
         assert_eq!(parameters.geometry(), geometry, "the memory of the chip");
         Self {
+            board,
             chip,
             parameters,
             acr: match chip {
@@ -93,7 +97,7 @@ impl FlashInterface {
             times: self.times,
             lock_reads: self.lock_reads,
             waits: self.waits,
-            ..Self::new(self.chip, memory)
+            ..Self::new(self.board, memory)
         };
     }
 
@@ -281,7 +285,7 @@ impl FlashInterface {
         let start = offset / size * size;
         let result = self.parameters.erase_page_at(start);
         let work = Work::Erase {
-            page: self.chip.facts().parameters.start + start as u32,
+            page: self.board.facts().parameters.start + start as u32,
             size,
             duration,
         };
@@ -290,7 +294,7 @@ impl FlashInterface {
 
     /// The offset of an address in the parameter pages.
     fn offset_in_parameters(&self, address: u32) -> Option<usize> {
-        let parameters = &self.chip.facts().parameters;
+        let parameters = &self.board.facts().parameters;
         let offset = address.checked_sub(parameters.start)?;
         parameters.contains(&address).then_some(offset as usize)
     }

@@ -1,7 +1,8 @@
-//! A simulated STM32F103C8 on a Blue Pill, or STM32F446RE on a Nucleo, that runs the same ELF that is flashed. The
-//! [image](elf::Image::chip) determines which one.
+//! A simulated STM32F103 on a Blue Pill or a Nucleo, or STM32F446 on a Nucleo, that runs the same ELF that is flashed. The
+//! [image](elf::Image::board) determines which one.
 //!
-//! - [`chip`]: the differences of the two: memories, address map, clock gates, pins
+//! - [`board`]: the boards: flash, pins, clock
+//! - [`chip`]: the differences of the two microcontrollers: address map, clock gates, times
 //! - [`cortex_m`]: the processor with its memories and interrupt controller; [`bxcan`]: the CAN controller
 //! - [`elf`]: the image: segments, symbols, and the part of the project that each byte belongs to
 //! - [`image`]: its size; [`firmware`]: builds the images
@@ -24,12 +25,12 @@
 //! ratio; its exit code is 1 below 0.5.
 //!
 //! RM0008 is the reference manual of the STM32F10x, PM0075 the programming manual of its flash, DS5319 the datasheet of the
-//! STM32F103x8. RM0390 is the reference manual of the STM32F446, PM0214 the programming manual of its processor, DS10693 its
+//! STM32F103x8 and xB. RM0390 is the reference manual of the STM32F446, PM0214 the programming manual of its processor, DS10693 its
 //! datasheet.
 
 pub mod adc;
 pub mod afio;
-mod board;
+pub mod board;
 pub mod bxcan;
 pub mod capture_timer;
 pub mod chip;

@@ -111,13 +111,12 @@ impl Microcontroller {
         flash: Flash,
         motion: Box<dyn Motion>,
     ) -> Self {
-        let chip = image.chip();
-        let facts = chip.facts();
+        let board = image.board();
         let new = Self {
             name,
             image,
-            core: CortexM3::with(facts.processor, facts.memory),
-            io: Peripherals::new(chip, unique_id(serial), flash, motion),
+            core: CortexM3::with(board.chip().facts().processor, board.memory()),
+            io: Peripherals::new(board, unique_id(serial), flash, motion),
             heated: None,
             on: false,
             boots: 0,
@@ -135,7 +134,7 @@ impl Microcontroller {
             noted: Cell::new(None),
             disturbed: false,
         };
-        new.with_silicon(&Silicon::genuine(chip))
+        new.with_silicon(&Silicon::genuine(board))
     }
 
     /// The same with the behaviour of this silicon.
@@ -292,7 +291,7 @@ impl Microcontroller {
 
     /// True while the sensor terminates the bus.
     pub fn terminated(&self) -> bool {
-        self.on && board::terminated(self.io.chip(), &self.io.gpio)
+        self.on && board::terminated(self.io.board(), &self.io.gpio)
     }
 
     /// The duty of the heater in permille; 0 while the power is off.
@@ -302,7 +301,7 @@ impl Microcontroller {
             0
         } else {
             let io = &self.io;
-            board::heater(io.chip(), &io.gpio, &io.afio, &io.tim3)
+            board::heater(io.board(), &io.gpio, &io.afio, &io.tim3)
         }
     }
 
@@ -339,7 +338,7 @@ impl Microcontroller {
     fn load_parameters(&mut self) {
         if std::mem::take(&mut self.parameters_touched) {
             let bytes = self.io.flash.parameters().bytes();
-            let start = self.io.chip().facts().parameters.start;
+            let start = self.io.board().facts().parameters.start;
             let loaded = self.core.load(start, bytes);
             assert!(loaded, "the parameter pages are in flash");
         }
@@ -407,7 +406,7 @@ impl Microcontroller {
         let lines = [
             (TIM4_INTERRUPT, self.io.tim4_interrupt()),
             (
-                self.io.chip().facts().spi_interrupt,
+                self.io.board().facts().spi.interrupt(),
                 self.io.spi_interrupt(),
             ),
         ];

@@ -10,7 +10,7 @@ mod tests;
 
 use super::adc::Adc;
 use super::afio::Afio;
-use super::board;
+use super::board::{self, Board};
 use super::bxcan::BxCan;
 use super::capture_timer::CaptureTimer;
 use super::chip::{Chip, Module};
@@ -33,6 +33,7 @@ use bench::motion::Motion;
 /// The peripherals and the parts connected to them.
 #[derive(Debug)]
 pub struct Peripherals {
+    board: Board,
     chip: Chip,
     /// Clocks and resets.
     pub rcc: Rcc,
@@ -81,23 +82,25 @@ impl Peripherals {
     /// A microcontroller with this unique device identifier and these parameter pages, powered on at cycle 0. `motion` moves its
     /// accelerometer.
     pub fn new(
-        chip: Chip,
+        board: Board,
         unique_id: [u32; 3],
         parameters: Flash,
         motion: Box<dyn Motion>,
     ) -> Self {
+        let chip = board.chip();
         let [_, lsi, _] = chip.facts().lsi;
         let mut iwdg = Iwdg::default();
         iwdg.set_lsi(lsi);
-        Self {
+        let mut new = Self {
+            board,
             chip,
-            rcc: Rcc::new(chip),
+            rcc: Rcc::new(chip, board.facts().has_external_clock),
             pwr: Pwr::new(chip),
             gpio: Gpio::new(chip),
             afio: Afio::default(),
-            flash: FlashInterface::new(chip, parameters),
+            flash: FlashInterface::new(board, parameters),
             spi: Spi::default(),
-            adc: Adc::new(chip),
+            adc: Adc::new(chip, board.facts().supply_channel),
             tim3: Timer::default(),
             tim4: CaptureTimer::default(),
             iwdg,
@@ -107,12 +110,14 @@ impl Peripherals {
                 Chip::F446 => BxCan::with_shared_filters(),
             },
             dbgmcu: Dbgmcu::new(chip),
-            signature: Signature::new(chip, unique_id),
+            signature: Signature::new(board, unique_id),
             violations: Violations::default(),
             changed: false,
             touched: false,
             lenient: false,
-        }
+        };
+        new.set_silicon(&Silicon::genuine(board));
+        new
     }
 
     /// From now on an access to a peripheral without a clock has no effect, and a read returns 0, as on the chip. Without this call it stops
@@ -151,6 +156,11 @@ impl Peripherals {
         self.reset(cycle, ResetCause::PowerOn);
         self.imu.power_on(time);
         self.dbgmcu.power_on();
+    }
+
+    /// The board.
+    pub fn board(&self) -> Board {
+        self.board
     }
 
     /// The microcontroller.
@@ -208,7 +218,7 @@ impl Peripherals {
 
     /// A new level of RXD; true is dominant, which is low. TIM4 has its channel 3 at PB8.
     pub fn receive_pin(&mut self, now: Picoseconds, dominant: bool) {
-        if self.is_ready(Module::Tim4) && board::pulses_are_connected(self.chip, &self.gpio) {
+        if self.is_ready(Module::Tim4) && board::pulses_are_connected(self.board, &self.gpio) {
             self.tim4.edge(now, self.rcc.timer_clock(), !dominant);
         }
     }
@@ -216,21 +226,21 @@ impl Peripherals {
     /// True when the module has a clock and is out of reset.
     fn is_ready(&self, module: Module) -> bool {
         let ready = |gate| self.rcc.is_clocked(gate) && !self.rcc.is_in_reset(gate);
-        self.chip.gate(module).is_some_and(ready)
+        self.board.gate(module).is_some_and(ready)
     }
 
     /// True when the CAN controller has a clock, is out of reset, and sees the board's transceiver.
     pub fn can_is_connected(&self) -> bool {
-        self.is_ready(Module::Can) && board::can_receives(self.chip, &self.afio, &self.gpio)
+        self.is_ready(Module::Can) && board::can_receives(self.board, &self.afio, &self.gpio)
     }
 
     /// What drives the transceiver's TXD. Dominant is low; the transceiver pulls an undriven pin high.
     pub fn driver(&self) -> Driver {
-        match self.gpio.output(self.chip.facts().board.transmit) {
+        match self.gpio.output(self.board.facts().pins.transmit) {
             Some(high) => Driver::Fixed(!high),
             None => {
                 let driven = self.is_ready(Module::Can)
-                    && board::can_drives(self.chip, &self.afio, &self.gpio);
+                    && board::can_drives(self.board, &self.afio, &self.gpio);
                 if driven {
                     Driver::Controller
                 } else {
@@ -272,7 +282,7 @@ impl Peripherals {
             Module::Afio => self.afio = Afio::default(),
             Module::Gpio(port) => self.change_pins(cycle, |gpio, _| gpio.reset(port)),
             Module::Spi => self.spi = Spi::default(),
-            Module::Adc => self.adc = Adc::new(self.chip),
+            Module::Adc => self.adc = Adc::new(self.chip, self.board.facts().supply_channel),
             Module::Tim3 => self.tim3 = Timer::default(),
             Module::Tim4 => self.tim4 = CaptureTimer::default(),
             _ => {}

@@ -28,8 +28,12 @@ use super::timebase::{MICROSECOND, Picoseconds, Timebase};
 use super::violation::Violations;
 use layout::{Layout, Register};
 
-/// The crystal on the Blue Pill, and the clock from the ST-LINK on the Nucleo, in Hz.
+/// The crystal on the Blue Pill, and the clock from the ST-LINK on a Nucleo, in Hz.
 pub const CRYSTAL: u32 = 8_000_000;
+
+/// The time until HSE is ready: a crystal (DS5319, typical), or a clock from outside.
+const CRYSTAL_STARTUP: Picoseconds = 2000 * MICROSECOND;
+const CLOCK_STARTUP: Picoseconds = 2 * MICROSECOND;
 
 // Start-up times (DS5319, tables of oscillator characteristics and PLL; those of DS10693 are similar): maximum for HSI and PLL,
 // typical and maximum for LSI.
@@ -137,6 +141,8 @@ pub struct Rcc {
     crystal_broken: bool,
     /// The board has a crystal in place of its clock.
     has_crystal: bool,
+    /// HSE is a clock from outside, for example from the ST-LINK (UM1724, "OSC clock"): it needs HSEBYP.
+    has_external_clock: bool,
     /// When the crystal stops.
     crystal_stops: Option<Picoseconds>,
     /// CSSF: the clock security system has detected a failure of HSE.
@@ -146,8 +152,8 @@ pub struct Rcc {
 }
 
 impl Rcc {
-    /// After power-on at cycle 0.
-    pub fn new(chip: Chip) -> Self {
+    /// After power-on at cycle 0. HSE is a clock from outside, or a crystal.
+    pub fn new(chip: Chip, has_external_clock: bool) -> Self {
         let layout = Layout::of(chip);
         Self {
             chip,
@@ -173,6 +179,7 @@ impl Rcc {
             lsi_on: false,
             crystal_broken: false,
             has_crystal: false,
+            has_external_clock,
             crystal_stops: None,
             failure: false,
             stopped: false,
@@ -196,7 +203,7 @@ impl Rcc {
             crystal_broken: self.crystal_broken,
             has_crystal: self.has_crystal,
             crystal_stops: self.crystal_stops,
-            ..Self::new(self.chip)
+            ..Self::new(self.chip, self.has_external_clock)
         };
     }
 
@@ -351,10 +358,12 @@ impl Rcc {
         );
         let now = self.timebase.time_at(cycle);
         let bypassed = self.cr & HSE_BYPASS != 0;
-        let missing = self.crystal_broken || bypassed != (self.layout.bypass && !self.has_crystal);
+        let missing =
+            self.crystal_broken || bypassed != (self.has_external_clock && !self.has_crystal);
         let hse_startup = match (missing, self.hse) {
             (true, None) => Picoseconds::MAX - now,
-            _ => self.layout.hse_startup,
+            _ if bypassed => CLOCK_STARTUP,
+            _ => CRYSTAL_STARTUP,
         };
         switch(&mut self.hsi, self.cr & HSI_ON != 0, now, HSI_STARTUP);
         switch(&mut self.hse, self.cr & HSE_ON != 0, now, hse_startup);

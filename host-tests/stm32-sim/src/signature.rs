@@ -1,7 +1,7 @@
 //! The electronic signature in system memory: flash size and unique device identifier (RM0008, chapter 30: at 1FFF_F7E0h and
 //! 1FFF_F7E8h; RM0390, chapter 34: at 1FFF_7A22h and 1FFF_7A10h).
 
-use super::chip::Chip;
+use super::board::Board;
 use super::io::{AccessError, Width};
 use crc::{CRC_32_ISO_HDLC, Crc};
 
@@ -24,14 +24,14 @@ pub fn unique_id(serial: u32) -> [u32; 3] {
 /// The signature of one part.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Signature {
-    chip: Chip,
+    board: Board,
     unique_id: [u32; 3],
 }
 
 impl Signature {
     /// A part with this unique device identifier, bits 31:0 first.
-    pub fn new(chip: Chip, unique_id: [u32; 3]) -> Self {
-        Self { chip, unique_id }
+    pub fn new(board: Board, unique_id: [u32; 3]) -> Self {
+        Self { board, unique_id }
     }
 
     /// The unique device identifier.
@@ -41,8 +41,8 @@ impl Signature {
 
     /// Reads system memory. The identifier can be read by byte, half-word and word.
     pub fn read(&self, address: u32, width: Width) -> Result<u32, AccessError> {
-        let facts = self.chip.facts();
-        let [low, high] = ((facts.memory.flash / 1024) as u16).to_le_bytes();
+        let facts = self.board.chip().facts();
+        let [low, high] = ((self.board.facts().flash / 1024) as u16).to_le_bytes();
         let byte = |address: u32| match address.checked_sub(facts.unique_id_at) {
             Some(offset @ 0..12) => {
                 let word = self.unique_id[offset as usize / 4];
@@ -75,7 +75,7 @@ mod tests {
 
     #[test]
     fn signature_has_size_and_identifier() {
-        let part = Signature::new(Chip::F103, [0x4433_2211, 0x8877_6655, 0xCCBB_AA99]);
+        let part = Signature::new(Board::BluePill, [0x4433_2211, 0x8877_6655, 0xCCBB_AA99]);
         assert_eq!(part.read(0x1FFF_F7E0, Width::HalfWord), Ok(64));
         assert_eq!(part.read(0x1FFF_F7E8, Width::Word), Ok(0x4433_2211));
         assert_eq!(part.read(0x1FFF_F7F0, Width::Word), Ok(0xCCBB_AA99));
@@ -85,7 +85,7 @@ mod tests {
             part.read(0x1FFF_F7F4, Width::Byte),
             Err(AccessError::Unmapped)
         );
-        let part = Signature::new(Chip::F446, [1, 2, 3]);
+        let part = Signature::new(Board::NucleoF446, [1, 2, 3]);
         assert_eq!(part.read(0x1FFF_7A22, Width::HalfWord), Ok(512));
         assert_eq!(part.read(0x1FFF_7A18, Width::Word), Ok(3));
     }

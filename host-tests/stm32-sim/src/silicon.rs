@@ -10,6 +10,7 @@
 //! (CS32F103, CODE); stlink, issues 756 and 805 (debug port of a Cortex-M3 r2p1, flash of 128 KiB); rusefi-hardware, issue 127 (revisions
 //! in DBGMCU_IDCODE); ES096 (DBGMCU of the STM32F103); data sheet of the GD32F103 (no wait states).
 
+use super::board::Board;
 use super::bxcan;
 use super::chip::Chip;
 
@@ -46,12 +47,12 @@ pub struct Silicon {
 
 impl Silicon {
     /// A microcontroller of ST.
-    pub fn genuine(chip: Chip) -> Self {
-        let facts = chip.facts();
+    pub fn genuine(board: Board) -> Self {
+        let chip = board.chip();
         Self {
             can: bxcan::Silicon::default(),
             lock_reads: true,
-            processor: facts.processor.cpuid(),
+            processor: chip.facts().processor.cpuid(),
             restarts_loads: false,
             identity: match chip {
                 Chip::F103 => STM32F103,
@@ -59,13 +60,13 @@ impl Silicon {
             },
             debug_reads: chip == Chip::F446,
             waits: true,
-            flash: facts.memory.flash,
+            flash: board.facts().flash,
         }
     }
 
     /// A GD32F103C8, a clone with a later core and a larger flash.
     pub fn gd32() -> Self {
-        let genuine = Self::genuine(Chip::F103);
+        let genuine = Self::genuine(Board::BluePill);
         Self {
             can: bxcan::Silicon {
                 mailbox_code: false,
@@ -81,8 +82,9 @@ impl Silicon {
     }
 
     /// The worst behaviour of all microcontrollers with this name.
-    pub fn worst(chip: Chip) -> Self {
-        let genuine = Self::genuine(chip);
+    pub fn worst(board: Board) -> Self {
+        let chip = board.chip();
+        let genuine = Self::genuine(board);
         Self {
             can: bxcan::Silicon::worst(),
             lock_reads: false,

@@ -312,8 +312,8 @@ pub fn module_leds_are_outputs_and_off() {
     rig.boot_up();
     let (io, _) = rig.io();
     // README, "Wiring": green and red, on when high.
-    let board = &chip().facts().board;
-    for pin in [board.module_green, board.module_red] {
+    let pins = &board().facts().pins;
+    for pin in [pins.module_green, pins.module_red] {
         assert_eq!(io.gpio.output(pin), Some(false), "{pin:?}");
     }
 }

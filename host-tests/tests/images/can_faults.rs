@@ -41,7 +41,7 @@ fn detect(rig: &mut Rig) {
         }
         let gpio = &rig.microcontroller().io().gpio;
         if rig.device().mode() == Some(BusMode::Listen) {
-            assert_eq!(gpio.mode(chip().facts().board.transmit), PinMode::PushPull);
+            assert_eq!(gpio.mode(board().facts().pins.transmit), PinMode::PushPull);
         }
         assert!(!rig.device().is_dominant(), "it is silent");
         if ms % 20 == 0 {
@@ -51,7 +51,7 @@ fn detect(rig: &mut Rig) {
     }
     let gpio = &rig.microcontroller().io().gpio;
     assert_eq!(
-        gpio.mode(chip().facts().board.transmit),
+        gpio.mode(board().facts().pins.transmit),
         PinMode::AlternatePushPull
     );
     rig.boot_up();

@@ -1,6 +1,7 @@
 //! The images that are flashed, run on the simulated microcontroller: the behaviour that depends on the chip, and the recorded traces. The
 //! tests run with the images for the Blue Pill, on the worst silicon with the name of its microcontroller. `nucleo.rs` lists those that
-//! also run with the images for the Nucleo, `genuine.rs` those that also run on a microcontroller of ST.
+//! also run with the images for the Nucleo-F446RE, `nucleo_f103.rs` those for the Nucleo-F103RB, `genuine.rs` those that also run on a
+//! microcontroller of ST.
 
 mod rig;
 
@@ -18,6 +19,7 @@ macro_rules! also {
 
 mod genuine;
 mod nucleo;
+mod nucleo_f103;
 
 mod accelerometer;
 mod boot;

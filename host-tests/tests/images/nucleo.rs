@@ -1,4 +1,4 @@
-//! The tests that also run with the images for the Nucleo: what its board or its chip changes. These are pins and LEDs, clock tree,
+//! The tests that also run with the images for the Nucleo-F446RE: what its board or its chip changes. These are pins and LEDs, clock tree,
 //! watchdog, debug registers, flash, supply monitor, ADC, reset causes, vector table, filters that two controllers share, and the
 //! timing of the Cortex-M4.
 

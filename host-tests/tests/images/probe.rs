@@ -12,7 +12,7 @@ use stm32_sim::{Microcontroller, firmware};
 /// The ELF file of is2 with the log.
 fn elf_with_log() -> Vec<u8> {
     let built =
-        firmware::build_with_log(chip(), &["is2"]).unwrap_or_else(|error| panic!("{error}"));
+        firmware::build_with_log(board(), &["is2"]).unwrap_or_else(|error| panic!("{error}"));
     std::fs::read(&built["is2"]).expect("the image can be read")
 }
 
@@ -64,7 +64,7 @@ fn log_names_the_microcontroller() {
         assert!(says(&messages, "CPUID", ""), "{messages:?}");
         says(&messages, clone, name)
     };
-    assert!(!named(&Silicon::genuine(chip()), ""));
+    assert!(!named(&Silicon::genuine(board()), ""));
     assert!(named(&Silicon::gd32(), "a GD32F103"));
-    assert!(named(&Silicon::worst(chip()), "a clone (CS32F103"));
+    assert!(named(&Silicon::worst(board()), "a clone (CS32F103"));
 }

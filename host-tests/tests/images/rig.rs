@@ -7,7 +7,9 @@ mod board;
 pub mod ims360;
 mod parameters;
 
-pub use board::{IMAGES, chip, elf, on_genuine_silicon, on_the_nucleo, silicon};
+pub use board::{
+    IMAGES, board, chip, elf, on_genuine_silicon, on_the_nucleo, on_the_nucleo_f103, silicon,
+};
 pub use parameters::*;
 
 use bench::motion::Motion;
@@ -17,7 +19,6 @@ use plumbline::can::{BitRate, Frame, standard};
 use plumbline::time::{Duration, after};
 use std::rc::Rc;
 use stm32_sim::Microcontroller;
-use stm32_sim::chip::Chip;
 use stm32_sim::elf::Image;
 use stm32_sim::flash::Times;
 use stm32_sim::peripherals::Peripherals;
@@ -59,10 +60,9 @@ pub fn part(
 
 /// Free flash after the program, for code of a test.
 fn code_address() -> u32 {
-    match chip() {
-        Chip::F103 => 0x0800_F000,
-        Chip::F446 => 0x0807_F000,
-    }
+    // The last part of the program, before the parameters or at the end of the flash.
+    let last = board().facts().program.last().expect("a flash");
+    last.end - 0x800
 }
 
 /// A data frame with an 11-bit identifier.

@@ -1,6 +1,6 @@
 //! The identity of a unit in the flash of the image, beside its parameters.
 
-use crate::rig::{blank, chip, part, tilt};
+use crate::rig::{blank, board, part, tilt};
 use bench::{Bus, BusRate, Flash};
 use host_tests::store_file;
 use plumbline::can::{BitRate, Frame, standard};
@@ -10,7 +10,7 @@ use plumbline::time::{after, millis};
 
 /// The memory that `plumbline identity --store` writes.
 fn memory(product: &str, unit: &Unit) -> Flash {
-    let name = format!("image-{}-{product}-{:?}.bin", std::process::id(), chip());
+    let name = format!("image-{}-{product}-{:?}.bin", std::process::id(), board());
     let path = std::env::temp_dir().join(name);
     let geometry = blank().geometry();
     std::fs::write(&path, vec![0xFF; geometry.size()]).unwrap();

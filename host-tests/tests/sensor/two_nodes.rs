@@ -8,7 +8,7 @@ use plumbline::can::{BitRate, Frame, standard};
 use plumbline::time::{after, millis};
 use std::rc::Rc;
 use stm32_sim::Microcontroller;
-use stm32_sim::chip::Chip;
+use stm32_sim::board::Board;
 use stm32_sim::elf::Image;
 
 struct Wire {
@@ -48,26 +48,26 @@ fn first(wire: &mut Wire) -> DeviceId {
 }
 
 /// Attaches a simulated microcontroller with the image.
-fn second(chip: Chip, wire: &mut Wire) -> DeviceId {
+fn second(board: Board, wire: &mut Wire) -> DeviceId {
     let node_type = NodeType::find("jn2101").expect("a product");
     let images =
-        stm32_sim::firmware::build(chip, &["jn2101"]).unwrap_or_else(|error| panic!("{error}"));
+        stm32_sim::firmware::build(board, &["jn2101"]).unwrap_or_else(|error| panic!("{error}"));
     let elf = std::fs::read(&images["jn2101"]).expect("the image can be read");
     let image = Rc::new(Image::parse(&elf).expect("an image"));
     let motion = Box::new(LEVEL);
-    let memory = Flash::blank(chip.facts().geometry);
+    let memory = Flash::blank(board.chip().facts().geometry);
     let sensor = Microcontroller::of_type(&node_type, image, 2, memory, motion).quiet();
     wire.bus.attach(sensor)
 }
 
 #[test]
 fn each_of_two_nodes_answers_only_its_own_requests() {
-    Chip::ALL
+    [Board::BluePill, Board::NucleoF446]
         .into_iter()
         .for_each(answers_only_its_own_requests);
 }
 
-fn answers_only_its_own_requests(chip: Chip) {
+fn answers_only_its_own_requests(board: Board) {
     let mut wire = Wire::new();
     let one = first(&mut wire);
     assert_eq!(wire.wait(70), ["70A#00"]);
@@ -78,7 +78,7 @@ fn answers_only_its_own_requests(chip: Chip) {
     assert_eq!(saved, ["58A#6010100100000000"]);
     assert_eq!(wire.exchange(0x000, &[0x81, 10]), ["70B#00"]);
 
-    let two = second(chip, &mut wire);
+    let two = second(board, &mut wire);
     assert_eq!(wire.wait(300), ["70A#00"]);
 
     // Read 1018h:04, the serial number, from each.

@@ -9,7 +9,7 @@ use plumbline::time::{Instant, after, millis};
 use std::path::Path;
 use std::rc::Rc;
 use stm32_sim::Microcontroller;
-use stm32_sim::chip::Chip;
+use stm32_sim::board::Board;
 use stm32_sim::elf::Image;
 
 /// Bit 6 of the status byte (tables 14 and 15).
@@ -35,7 +35,7 @@ impl Bench {
     /// The same with the image.
     fn of_image(model: &str, motion: Box<dyn Motion>) -> Self {
         let node_type = NodeType::find(model).expect("a product");
-        let images = stm32_sim::firmware::build(Chip::F103, &[node_type.name])
+        let images = stm32_sim::firmware::build(Board::BluePill, &[node_type.name])
             .unwrap_or_else(|error| panic!("{error}"));
         let elf = std::fs::read(&images[node_type.name]).expect("the image can be read");
         let image = Rc::new(Image::parse(&elf).expect("an image"));

@@ -141,7 +141,7 @@ pub fn run_with(product: &'static Product, options: &Options) -> Result<(), Fail
         None => None,
     };
     let geometry = match &image {
-        Some(image) => image.chip().facts().geometry,
+        Some(image) => image.board().chip().facts().geometry,
         None => Geometry::STM32F103,
     };
     let flash = match options.store.as_deref() {

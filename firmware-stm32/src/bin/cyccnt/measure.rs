@@ -10,7 +10,7 @@ use stm32f4xx_hal as _;
 
 /// The linker script expects a vector table. There are no interrupts.
 // SAFETY: the section is that of the vectors, behind those of the core.
-#[cfg(feature = "bluepill")]
+#[cfg(feature = "stm32f103")]
 #[unsafe(link_section = ".vector_table.interrupts")]
 #[unsafe(no_mangle)]
 static __INTERRUPTS: [usize; 1] = [0];
@@ -46,7 +46,7 @@ const CYCCNTENA: u32 = 1 << 0;
 const DWT_CYCCNT: usize = 0xE000_1004;
 
 /// Registers of the STM32F103 (RM0008).
-#[cfg(feature = "bluepill")]
+#[cfg(feature = "stm32f103")]
 mod chip {
     use super::Register;
 

@@ -23,7 +23,7 @@ use stm32f4xx_hal as _;
 
 /// The linker script expects a vector table.
 // SAFETY: nobody runs this program.
-#[cfg(feature = "bluepill")]
+#[cfg(feature = "stm32f103")]
 #[unsafe(link_section = ".vector_table.interrupts")]
 #[unsafe(no_mangle)]
 static __INTERRUPTS: [usize; 1] = [0];

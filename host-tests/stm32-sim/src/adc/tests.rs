@@ -19,7 +19,7 @@ impl Bench {
     /// Set up as RM0008 and RM0390 describe, 10.7 MHz and 239.5 clocks, or 16 MHz and 480 clocks; not switched on.
     fn new(chip: Chip) -> Self {
         let mut bench = Self {
-            adc: Adc::new(chip),
+            adc: Adc::new(chip, if chip == Chip::F103 { 0 } else { 10 }),
             now: SECOND,
             supply: 24_000,
             clock: match chip {
@@ -222,7 +222,7 @@ fn function_not_modelled_is_a_violation() {
         assert_eq!(bench.reasons().len(), 1, "{chip:?} {offset:#x} {value:#x}");
     }
     for offset in [0x14, 0x24, 0x28, 0x38, 0x3C, 0x50] {
-        assert!(Adc::new(Chip::F446).read(offset).is_err());
+        assert!(Adc::new(Chip::F446, 10).read(offset).is_err());
     }
-    assert!(Adc::new(Chip::F103).read(0x304).is_err());
+    assert!(Adc::new(Chip::F103, 0).read(0x304).is_err());
 }

@@ -1,28 +1,18 @@
-//! STM32F103C8 on a Blue Pill. The address map is that of RM0008, table 3, the clock gates those of section 7.3.
+//! STM32F103, a medium-density device. The address map is that of RM0008, table 3, the clock gates those of section 7.3.
 
-use super::{Board, Facts, Module};
-use crate::cortex_m::{MemorySizes, Model};
+use super::{Facts, Module};
+use crate::cortex_m::Model;
 use crate::flash::Times;
-use crate::gpio::{Pin, PortName};
+use crate::gpio::PortName;
 use crate::pwr::Limits;
 use crate::rcc::Gate;
 use bench::Geometry;
-use std::ops::Range;
 
-/// The flash before the parameters.
-const PROGRAM: Range<u32> = 0x0800_0000..0x0800_F800;
-
-/// The numbers of the STM32F103C8 and of the Blue Pill.
+/// The numbers of the STM32F103x8 and the STM32F103xB.
 pub const FACTS: Facts = Facts {
-    name: "STM32F103C8",
     processor: Model::CortexM3,
     // DS5319, figure 11.
-    memory: MemorySizes {
-        flash: 64 * 1024,
-        ram: 20 * 1024,
-    },
-    program: &[PROGRAM],
-    parameters: 0x0800_F800..0x0801_0000,
+    ram: 20 * 1024,
     geometry: Geometry::STM32F103,
     // DS5319, embedded reset and power control block characteristics, and flash memory characteristics (Vprog).
     supply: Limits {
@@ -52,23 +42,9 @@ pub const FACTS: Facts = Facts {
     hsi: 8_000_000,
     // DS5319, table 25.
     lsi: [30_000, 40_000, 60_000],
-    // RM0008, table 63.
-    spi_interrupt: 35,
     // RM0008, chapter 30.
     flash_size_at: 0x1FFF_F7E0,
     unique_id_at: 0x1FFF_F7E8,
-    board: Board {
-        pulses: Pin(PortName::B, 8),
-        transmit: Pin(PortName::B, 9),
-        select: Pin(PortName::A, 4),
-        run: (Pin(PortName::C, 13), false),
-        error: Pin(PortName::B, 12),
-        module_green: Pin(PortName::B, 13),
-        module_red: Pin(PortName::B, 14),
-        heater: Pin(PortName::B, 0),
-        termination: Pin(PortName::B, 1),
-        supply: Pin(PortName::A, 0),
-    },
 };
 
 /// The peripherals whose address is not the same on both chips.
@@ -82,7 +58,6 @@ pub(super) fn module(base: u32) -> Option<Module> {
         0x4001_1400 => Module::Gpio(PortName::D),
         0x4001_1800 => Module::Gpio(PortName::E),
         0x4001_2400 => Module::Adc,
-        0x4001_3000 => Module::Spi,
         0x4002_1000 => Module::Rcc,
         0x4002_2000 => Module::Flash,
         _ => return None,
@@ -95,7 +70,6 @@ pub(super) fn gate(module: Module) -> Option<Gate> {
         Module::Afio => Some(Gate::Apb2(0)),
         Module::Gpio(port) => Some(Gate::Apb2(2 + port as u8)),
         Module::Adc => Some(Gate::Apb2(9)),
-        Module::Spi => Some(Gate::Apb2(12)),
         _ => None,
     }
 }

@@ -1,45 +1,38 @@
-//! The two microcontrollers on their boards: their differences as tables. Registers that differ are in the modules of the peripherals.
+//! The two microcontrollers: their differences as tables. Registers that differ are in the modules of the peripherals.
 //!
 //! | | [`f103`] | [`f446`] |
 //! |---|---|---|
-//! | microcontroller, board | STM32F103C8, Blue Pill | STM32F446RE, Nucleo-F446RE |
+//! | microcontroller | STM32F103x8, STM32F103xB | STM32F446 |
 //! | processor | Cortex-M3 | Cortex-M4 with the DSP extension |
 //! | manuals | RM0008, PM0075 (flash), DS5319 | RM0390, PM0214 (processor), DS10693 |
 
 pub mod f103;
 pub mod f446;
 
-use super::cortex_m::{MemorySizes, Model};
+use super::cortex_m::Model;
 use super::dbgmcu;
 use super::flash::Times;
-use super::gpio::Pin;
 use super::pwr::Limits;
 use super::rcc::Gate;
 use bench::Geometry;
 use std::ops::Range;
 
-/// A microcontroller on its board.
+/// A microcontroller.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
 pub enum Chip {
-    /// STM32F103C8 on a Blue Pill.
+    /// STM32F103.
     F103,
-    /// STM32F446RE on a Nucleo-F446RE.
+    /// STM32F446.
     F446,
 }
 
-/// The facts of a microcontroller and its board that are numbers.
+/// The facts of a microcontroller that are numbers.
 #[derive(Debug)]
 pub struct Facts {
-    /// The name of the microcontroller.
-    pub name: &'static str,
     /// The processor.
     pub processor: Model,
-    /// Flash and RAM.
-    pub memory: MemorySizes,
-    /// The flash of the program.
-    pub program: &'static [Range<u32>],
-    /// The flash of the parameters.
-    pub parameters: Range<u32>,
+    /// The RAM in bytes.
+    pub ram: usize,
     /// The pages of the parameters.
     pub geometry: Geometry,
     /// The limits and thresholds of the supply.
@@ -52,39 +45,10 @@ pub struct Facts {
     pub hsi: u32,
     /// The internal oscillator LSI in Hz: lowest, typical, highest.
     pub lsi: [u32; 3],
-    /// The interrupt of the SPI at the accelerometer.
-    pub spi_interrupt: u8,
     /// The address of the flash size in the electronic signature.
     pub flash_size_at: u32,
     /// The address of the unique device identifier.
     pub unique_id_at: u32,
-    /// The pins of the board.
-    pub board: Board,
-}
-
-/// The pins of a board as in the README.
-#[derive(Debug)]
-pub struct Board {
-    /// RXD of the CAN transceiver at the timer of the bit rate detection.
-    pub pulses: Pin,
-    /// TXD of the CAN transceiver.
-    pub transmit: Pin,
-    /// Chip select of the accelerometer.
-    pub select: Pin,
-    /// The run LED, and its level when it is on.
-    pub run: (Pin, bool),
-    /// The error LED, on when high.
-    pub error: Pin,
-    /// The green module LED, on when high.
-    pub module_green: Pin,
-    /// The red module LED, on when high.
-    pub module_red: Pin,
-    /// The switch of the heater, on when high.
-    pub heater: Pin,
-    /// The switch of the terminating resistor, on when high.
-    pub termination: Pin,
-    /// The divider of the sensor's supply.
-    pub supply: Pin,
 }
 
 /// A peripheral.
@@ -122,7 +86,7 @@ impl Chip {
     /// Both chips.
     pub const ALL: [Self; 2] = [Self::F103, Self::F446];
 
-    /// The numbers of this chip and its board.
+    /// The numbers of this chip.
     #[inline]
     pub const fn facts(self) -> &'static Facts {
         match self {
@@ -131,7 +95,7 @@ impl Chip {
         }
     }
 
-    /// The peripheral in the 1 KiB that begin at this address.
+    /// The peripheral in the 1 KiB that begin at this address, without the SPI.
     pub(super) fn module(self, base: u32) -> Option<Module> {
         match (base, self) {
             (0x4000_0400, _) => Some(Module::Tim3),
@@ -145,7 +109,7 @@ impl Chip {
         }
     }
 
-    /// The clock gate of a peripheral; None: it always has a clock.
+    /// The clock gate of a peripheral, without the SPI; None: it always has a clock.
     pub(super) fn gate(self, module: Module) -> Option<Gate> {
         match (module, self) {
             (Module::Tim3, _) => Some(Gate::Apb1(1)),
@@ -165,7 +129,7 @@ impl Chip {
         }
     }
 
-    /// The name of a peripheral.
+    /// The name of a peripheral; the board has that of the SPI.
     pub(super) fn name_of(self, module: Module) -> &'static str {
         match (module, self) {
             (Module::Signature, _) => "electronic signature",
@@ -178,8 +142,7 @@ impl Chip {
             (Module::Can, Self::F446) => "CAN1",
             (Module::Afio, _) => "AFIO",
             (Module::Gpio(_), _) => "GPIO",
-            (Module::Spi, Self::F103) => "SPI1",
-            (Module::Spi, Self::F446) => "SPI2",
+            (Module::Spi, _) => "SPI",
             (Module::Rcc, _) => "RCC",
             (Module::Flash, _) => "FLASH",
             (Module::Dbgmcu, _) => "DBGMCU",
@@ -189,7 +152,7 @@ impl Chip {
     /// The RAM.
     pub(super) fn ram(self) -> Range<u32> {
         const START: u32 = 0x2000_0000;
-        START..START + self.facts().memory.ram as u32
+        START..START + self.facts().ram as u32
     }
 }
 

@@ -27,7 +27,7 @@ pub fn is_unsafe(model: Model, instruction: &Instruction) -> bool {
 /// [`ImageError`].
 pub fn unsafe_instructions(elf: &[u8]) -> Result<Vec<String>, ImageError> {
     let image = Image::parse(elf)?;
-    let model = image.chip().facts().processor;
+    let model = image.board().chip().facts().processor;
     let file: ElfFile32 = ElfFile32::parse(elf)?;
     // The marks of the ABI: $t begins instructions, $d data.
     let mut marks: Vec<(u32, bool)> = file

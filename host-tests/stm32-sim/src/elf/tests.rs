@@ -51,6 +51,11 @@ const IN_FILE: usize = 52 + 16;
 /// An ELF file for ARM. Each section is a segment; its bytes are the low bytes of their offset, after vectors at the start of
 /// flash.
 fn build(sections: &[SectionOf], symbols: &[SymbolOf]) -> Vec<u8> {
+    build_for("bluepill", sections, symbols)
+}
+
+/// As [`build`], with this name of the board.
+fn build_for(board: &str, sections: &[SectionOf], symbols: &[SymbolOf]) -> Vec<u8> {
     let mut names = Strings::default();
     let mut symbol_names = Strings::default();
     let (mut headers, mut segments, mut content) = (vec![0; 40], Vec::new(), Vec::new());
@@ -95,10 +100,11 @@ fn build(sections: &[SectionOf], symbols: &[SymbolOf]) -> Vec<u8> {
         table.extend(section.to_le_bytes());
     }
     let strings = sections.len() as u32 + 2;
-    let name = [".symtab", ".strtab", ".shstrtab"].map(|name| names.add(name));
+    let name = [".symtab", ".strtab", BOARD, ".shstrtab"].map(|name| names.add(name));
     let extra = [
         (SYMTAB, table, strings, 16),
         (STRTAB, symbol_names.0, 0, 0),
+        (PROGBITS, board.as_bytes().to_vec(), 0, 0),
         (STRTAB, names.0, 0, 0),
     ];
     for (name, (kind, bytes, link, entry)) in name.into_iter().zip(extra) {
@@ -116,8 +122,8 @@ fn build(sections: &[SectionOf], symbols: &[SymbolOf]) -> Vec<u8> {
         32,
         sections.len() as u16,
         40,
+        sections.len() as u16 + 5,
         sections.len() as u16 + 4,
-        sections.len() as u16 + 3,
     ] {
         file.extend(half.to_le_bytes());
     }
@@ -263,7 +269,7 @@ fn segments_outside_program_flash_are_refused() {
     for address in [0x2000_0000, 0, 0xFFFF_FFF0, 0x0800_F6D1_u32] {
         assert_eq!(
             error_with(LOAD_ADDRESS, &address.to_le_bytes()),
-            ImageError::Place(address, Chip::F103)
+            ImageError::Place(address, Board::BluePill)
         );
     }
     // It fits to the last byte, but the vectors are missing.
@@ -273,33 +279,68 @@ fn segments_outside_program_flash_are_refused() {
     );
 }
 
-/// The code of an image for the Nucleo starts after the parameters, at 0801_0000h.
 #[test]
-fn start_address_of_image_determines_microcontroller() {
+fn name_in_the_file_determines_the_board() {
     let vectors = 52 + 32 * 2;
-    let elf = |start: u32, stack: u32| {
+    let elf = |board: &str, start: u32, stack: u32| {
         let sections = [
             (".vectors", PROGBITS, ALLOC, 0x0800_0000, 0x0800_0000, 0x1C4),
             (".text", PROGBITS, ALLOC | EXECUTE, start, start, 0x40),
         ];
-        let mut elf = build(&sections, &[]);
+        let mut elf = build_for(board, &sections, &[]);
         elf[vectors..vectors + 8].copy_from_slice(&words(&[stack, start | 1]));
-        Image::parse(&elf).map(|image| image.chip())
+        Image::parse(&elf).map(|image| image.board())
     };
-    assert_eq!(elf(0x0801_0000, 0x2002_0000), Ok(Chip::F446));
-    assert_eq!(elf(0x0807_FFC0, 0x2000_0400), Ok(Chip::F446));
-    assert_eq!(elf(0x0800_0200, 0x2000_5000), Ok(Chip::F103));
-    assert_eq!(elf(0x0801_0000, 0x2002_0004), Err(ImageError::Vectors));
-    assert_eq!(elf(0x0800_0200, 0x2002_0000), Err(ImageError::Vectors));
-    for start in [0x0808_0000, 0x0800_F800] {
-        let place = Err(ImageError::Place(start, Chip::F103));
-        assert_eq!(elf(start, 0x2000_5000), place);
+    let [bluepill, f103, f446] = Board::ALL.map(|board| board.facts().name);
+    for (board, start, stack, expected) in [
+        (f446, 0x0801_0000, 0x2002_0000, Ok(Board::NucleoF446)),
+        (f446, 0x0807_FFC0, 0x2000_0400, Ok(Board::NucleoF446)),
+        (bluepill, 0x0800_0200, 0x2000_5000, Ok(Board::BluePill)),
+        (f103, 0x0800_0200, 0x2000_5000, Ok(Board::NucleoF103)),
+        (f103, 0x0801_F7C0, 0x2000_5000, Ok(Board::NucleoF103)),
+        (f446, 0x0801_0000, 0x2002_0004, Err(ImageError::Vectors)),
+        (f103, 0x0800_0200, 0x2002_0000, Err(ImageError::Vectors)),
+        (
+            bluepill,
+            0x0800_F800,
+            0x2000_5000,
+            Err(ImageError::Place(0x0800_F800, Board::BluePill)),
+        ),
+        (
+            f103,
+            0x0801_F800,
+            0x2000_5000,
+            Err(ImageError::Place(0x0801_F800, Board::NucleoF103)),
+        ),
+        (
+            f446,
+            0x0800_8000,
+            0x2002_0000,
+            Err(ImageError::Place(0x0800_8000, Board::NucleoF446)),
+        ),
+    ] {
+        assert_eq!(elf(board, start, stack), expected, "{board} {start:#x}");
     }
-    let text = ImageError::Place(0x0800_8000, Chip::F446).to_string();
+    let text = ImageError::Place(0x0800_8000, Board::NucleoF446).to_string();
     assert_eq!(
         text,
         "the segment at 0x08008000 is outside the flash of the program, 0x08000000 to 0x08007fff and 0x08010000 to 0x0807ffff"
     );
+    let unknown = elf("discovery", 0x0800_0200, 0x2000_5000).unwrap_err();
+    assert_eq!(
+        unknown.to_string(),
+        "it is for the board discovery, which is not known; the boards are bluepill, nucleo-f103rb, nucleo-f446re"
+    );
+}
+
+#[test]
+fn file_without_the_name_of_a_board_is_refused() {
+    let mut elf = sample();
+    let name = elf
+        .windows(BOARD.len())
+        .position(|it| it == BOARD.as_bytes());
+    elf[name.expect("the name of the section")] = b'-';
+    assert_eq!(Image::parse(&elf).unwrap_err(), ImageError::NoBoard);
 }
 
 #[test]

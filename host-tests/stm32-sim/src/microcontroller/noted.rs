@@ -30,7 +30,7 @@ impl Microcontroller {
             next_event: io.next_event(),
             is_connected: io.can_is_connected(),
             driver: io.driver(),
-            leds: board::leds(io.chip(), &io.gpio),
+            leds: board::leds(io.board(), &io.gpio),
         };
         self.noted.set(Some(noted));
         noted

@@ -12,7 +12,10 @@ impl Peripherals {
     pub(super) fn clocks(&self) -> Clocks {
         Clocks {
             hclk: self.rcc.hclk(),
-            pclk: self.rcc.spi_clock(),
+            pclk: match self.board.facts().spi {
+                board::Spi::Spi1 => self.rcc.pclk2(),
+                board::Spi::Spi2 => self.rcc.pclk1(),
+            },
         }
     }
 
@@ -24,9 +27,9 @@ impl Peripherals {
         let timebase = *self.rcc.timebase();
         let clocks = self.clocks();
         let time_at = |cycle| timebase.time_at(cycle);
-        if board::spi_is_connected(self.chip, &self.afio, &self.gpio) {
+        if board::spi_is_connected(self.board, &self.afio, &self.gpio) {
             let rate = self.spi.bit_rate(clocks);
-            if board::spi_pins_are_fast_enough(self.chip, &self.gpio, rate) {
+            if board::spi_pins_are_fast_enough(self.board, &self.gpio, rate) {
                 self.spi.advance(cycle, clocks, time_at, &mut self.imu);
             } else {
                 let reason = "the pins of the SPI are too slow for its clock";
@@ -53,7 +56,7 @@ impl Peripherals {
         f: impl FnOnce(&mut Gpio, &mut Violations) -> T,
     ) -> T {
         self.advance_spi(cycle);
-        let select = self.chip.facts().board.select;
+        let select = self.board.facts().pins.select;
         let is_low = |gpio: &Gpio| gpio.output(select) == Some(false);
         let before = is_low(&self.gpio);
         let result = f(&mut self.gpio, &mut self.violations);

@@ -18,9 +18,9 @@ const AREA: u32 = 0x400;
 
 impl Peripherals {
     fn check_clock(&self, module: Module) -> Result<(), AccessError> {
-        match self.chip.gate(module) {
+        match self.board.gate(module) {
             Some(gate) if !self.rcc.is_clocked(gate) => {
-                Err(AccessError::Unclocked(self.chip.name_of(module)))
+                Err(AccessError::Unclocked(self.board.name_of(module)))
             }
             _ => Ok(()),
         }
@@ -31,19 +31,19 @@ impl Peripherals {
         let held = self.holds_in_reset(module);
         if held {
             self.violations
-                .add(self.chip.name_of(module), "accessed while held in reset");
+                .add(self.board.name_of(module), "accessed while held in reset");
         }
         held
     }
 
     fn holds_in_reset(&self, module: Module) -> bool {
-        let gate = self.chip.gate(module);
+        let gate = self.board.gate(module);
         gate.is_some_and(|gate| self.rcc.is_in_reset(gate))
     }
 
     /// The module at an address, and the offset in it.
     fn module_at(&self, address: u32) -> Result<(Module, u32), AccessError> {
-        let module = self.chip.module(address & !(AREA - 1));
+        let module = self.board.module(address & !(AREA - 1));
         Ok((module.ok_or(AccessError::Unmapped)?, address % AREA))
     }
 
@@ -172,7 +172,7 @@ impl Peripherals {
             "TIM4_CCER",
             "channel 4 and the CAN controller are both enabled at PB9",
         );
-        let heater = self.gpio.mode(self.chip.facts().board.heater);
+        let heater = self.gpio.mode(self.board.facts().pins.heater);
         self.violations.check(
             heater == PinMode::AlternatePushPull && self.tim3.duty(HEATER_CHANNEL).is_none(),
             "GPIOB_CRL",

@@ -17,7 +17,7 @@ impl Peripherals {
         Surroundings {
             now,
             clock: self.rcc.adc_clock(),
-            is_analog: self.gpio.mode(self.chip.facts().board.supply) == PinMode::Analog,
+            is_analog: self.gpio.mode(self.board.facts().pins.supply) == PinMode::Analog,
         }
     }
 }

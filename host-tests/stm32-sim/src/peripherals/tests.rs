@@ -24,10 +24,10 @@ struct Bench {
 
 impl Bench {
     fn new() -> Self {
-        Self::of(Chip::F103)
+        Self::of(Board::BluePill)
     }
 
-    fn of(chip: Chip) -> Self {
+    fn of(board: Board) -> Self {
         let level = Reading {
             acceleration: I32x3 {
                 x: 0,
@@ -38,9 +38,9 @@ impl Bench {
             temperature: 2500,
             clipped: false,
         };
-        let flash = Flash::blank(chip.facts().geometry);
+        let flash = Flash::blank(board.chip().facts().geometry);
         Self {
-            io: Peripherals::new(chip, [1, 2, 3], flash, Box::new(level)),
+            io: Peripherals::new(board, [1, 2, 3], flash, Box::new(level)),
             // The accelerometer has booted.
             cycle: 8_000_000,
         }

@@ -54,14 +54,6 @@ impl Rcc {
         }
     }
 
-    /// The clock of the SPI at the accelerometer in Hz: SPI1 on APB2, or SPI2 on APB1.
-    pub fn spi_clock(&self) -> u32 {
-        match self.chip {
-            Chip::F103 => self.pclk2(),
-            Chip::F446 => self.pclk1(),
-        }
-    }
-
     /// True when the PLL runs from HSE.
     pub(super) fn pll_takes_hse(&self) -> bool {
         match self.chip {

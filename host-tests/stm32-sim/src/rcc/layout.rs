@@ -1,9 +1,8 @@
 //! The differences of the RCC of the two microcontrollers: register map, positions of fields, limits.
 
-use super::{MICROSECOND, PIN_RESET, PLL_FACTOR, PLL_HALVES_CRYSTAL, PLL_SOURCE, POWER_ON_RESET};
+use super::{PIN_RESET, PLL_FACTOR, PLL_HALVES_CRYSTAL, PLL_SOURCE, POWER_ON_RESET};
 use crate::chip::Chip;
 use crate::io::AccessError;
-use crate::timebase::Picoseconds;
 use crate::violation::Violations;
 
 /// A register.
@@ -64,10 +63,6 @@ pub(super) struct Layout {
     pub(super) ahb_enable_reset: u32,
     /// The flags in RCC_CSR after power-on.
     pub(super) power_on_flags: u32,
-    /// The board has a clock for HSE, not a crystal: HSE needs HSEBYP.
-    pub(super) bypass: bool,
-    /// The time until HSE is ready.
-    pub(super) hse_startup: Picoseconds,
     pub(super) limits: Limits,
     reserved: Reserved,
 }
@@ -135,9 +130,6 @@ static F103: Layout = Layout {
     // Clocks of SRAM and flash interface in sleep mode.
     ahb_enable_reset: 0x14,
     power_on_flags: PIN_RESET | POWER_ON_RESET,
-    bypass: false,
-    // DS5319: typical start-up time of a crystal.
-    hse_startup: 2000 * MICROSECOND,
     limits: Limits {
         sysclk: 72_000_000,
         sysclk_reason: "SYSCLK above 72 MHz",
@@ -181,9 +173,6 @@ static F446: Layout = Layout {
     pll_reset: 0x2400_3010,
     ahb_enable_reset: 0x0010_0000,
     power_on_flags: BROWN_OUT_RESET | PIN_RESET | POWER_ON_RESET,
-    // The ST-LINK supplies a clock of 8 MHz; no crystal is mounted (UM1724, "OSC clock").
-    bypass: true,
-    hse_startup: 2 * MICROSECOND,
     // DS10693: at scale 1 without over-drive, the reset value of PWR_CR.VOS, SYSCLK is at most 168 MHz.
     limits: Limits {
         sysclk: 168_000_000,

@@ -14,7 +14,7 @@ struct Bench {
 impl Bench {
     fn new() -> Self {
         Self {
-            rcc: Rcc::new(Chip::F103),
+            rcc: Rcc::new(Chip::F103, false),
             violations: Violations::default(),
             cycle: 100,
         }
@@ -159,7 +159,7 @@ fn pll_factors_and_inputs_match_manual() {
     ] {
         let rcc = Rcc {
             cfgr,
-            ..Rcc::new(Chip::F103)
+            ..Rcc::new(Chip::F103, false)
         };
         assert_eq!(rcc.pll_frequency(), frequency, "RCC_CFGR {cfgr:08X}h");
     }

@@ -6,7 +6,7 @@ use plumbline::measure::Reading;
 use plumbline::time::Instant;
 use std::rc::Rc;
 use stm32_sim::Microcontroller;
-use stm32_sim::chip::Chip;
+use stm32_sim::board::Board;
 use stm32_sim::cortex_m::CortexM3;
 use stm32_sim::elf::Image;
 use stm32_sim::firmware;
@@ -26,7 +26,8 @@ fn word(core: &CortexM3, address: u32) -> u32 {
 
 /// The results of the program, after it has run.
 fn results() -> Vec<Row> {
-    let images = firmware::build(Chip::F103, &["cyccnt"]).unwrap_or_else(|error| panic!("{error}"));
+    let images =
+        firmware::build(Board::BluePill, &["cyccnt"]).unwrap_or_else(|error| panic!("{error}"));
     let elf = std::fs::read(&images["cyccnt"]).expect("it has just been built");
     let image = Rc::new(Image::parse(&elf).expect("the linker writes ELF"));
     let results = image.address_of("CYCCNT_RESULTS").expect("the static");

@@ -16,8 +16,8 @@ const STACK: u32 = RAM + 0x1000;
 
 /// The image of a product that uses all of the functions.
 static IMAGE: LazyLock<Image> = LazyLock::new(|| {
-    let chip = stm32_sim::chip::Chip::F103;
-    let images = stm32_sim::firmware::build(chip, &["jn2101"]).expect("the image builds");
+    let board = stm32_sim::board::Board::BluePill;
+    let images = stm32_sim::firmware::build(board, &["jn2101"]).expect("the image builds");
     let elf = std::fs::read(&images["jn2101"]).expect("an image");
     Image::parse(&elf).expect("an image")
 });

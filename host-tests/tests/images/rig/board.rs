@@ -5,6 +5,7 @@ use plumbline::model::catalog::PRODUCTS;
 use std::cell::Cell;
 use std::collections::BTreeMap;
 use std::sync::OnceLock;
+use stm32_sim::board::Board;
 use stm32_sim::chip::Chip;
 use stm32_sim::firmware;
 use stm32_sim::silicon::Silicon;
@@ -22,21 +23,26 @@ pub const IMAGES: [&str; 7] = [
 ];
 
 thread_local! {
-    static CHIP: Cell<Chip> = const { Cell::new(Chip::F103) };
+    static BOARD: Cell<Board> = const { Cell::new(Board::BluePill) };
     static GENUINE: Cell<bool> = const { Cell::new(false) };
 }
 
-/// The microcontroller of this test: that of the Blue Pill, except within [`on`].
+/// The board of this test: the Blue Pill, except within [`on_the_nucleo`] and [`on_the_nucleo_f103`].
+pub fn board() -> Board {
+    BOARD.get()
+}
+
+/// The microcontroller of this test.
 pub fn chip() -> Chip {
-    CHIP.get()
+    board().chip()
 }
 
 /// The silicon of this test: the worst, except within [`on_genuine_silicon`].
 pub fn silicon() -> Silicon {
     if GENUINE.get() {
-        Silicon::genuine(chip())
+        Silicon::genuine(board())
     } else {
-        Silicon::worst(chip())
+        Silicon::worst(board())
     }
 }
 
@@ -45,16 +51,25 @@ struct Restore;
 
 impl Drop for Restore {
     fn drop(&mut self) {
-        CHIP.set(Chip::F103);
+        BOARD.set(Board::BluePill);
         GENUINE.set(false);
     }
 }
 
-/// Runs a test with the images for the Nucleo.
-pub fn on_the_nucleo(test: impl FnOnce()) {
+fn on(board: Board, test: impl FnOnce()) {
     let _restore = Restore;
-    CHIP.set(Chip::F446);
+    BOARD.set(board);
     test();
+}
+
+/// Runs a test with the images for the Nucleo-F446RE.
+pub fn on_the_nucleo(test: impl FnOnce()) {
+    on(Board::NucleoF446, test);
+}
+
+/// Runs a test with the images for the Nucleo-F103RB.
+pub fn on_the_nucleo_f103(test: impl FnOnce()) {
+    on(Board::NucleoF103, test);
 }
 
 /// Runs a test on a microcontroller of ST.
@@ -66,15 +81,15 @@ pub fn on_genuine_silicon(test: impl FnOnce()) {
 
 /// The ELF file of a product for the board. The first call builds all of them; in a long run, all products.
 pub fn elf(model: &str) -> &'static [u8] {
-    static FILES: [OnceLock<BTreeMap<String, Vec<u8>>>; Chip::ALL.len()] =
-        [const { OnceLock::new() }; Chip::ALL.len()];
-    let place = Chip::ALL.iter().position(|one| *one == chip());
-    let files = FILES[place.expect("all microcontrollers")].get_or_init(|| {
+    static FILES: [OnceLock<BTreeMap<String, Vec<u8>>>; Board::ALL.len()] =
+        [const { OnceLock::new() }; Board::ALL.len()];
+    let place = Board::ALL.iter().position(|one| *one == board());
+    let files = FILES[place.expect("all boards")].get_or_init(|| {
         let products = PRODUCTS.iter().map(|product| product.name);
         let all = products.filter(|name| !IMAGES.contains(name));
         let all = all.take(effort::choose(0, usize::MAX));
         let images: Vec<_> = IMAGES.into_iter().chain(all).collect();
-        let built = firmware::build(chip(), &images).unwrap_or_else(|error| panic!("{error}"));
+        let built = firmware::build(board(), &images).unwrap_or_else(|error| panic!("{error}"));
         let read = |path| std::fs::read(path).expect("the image can be read");
         built
             .into_iter()

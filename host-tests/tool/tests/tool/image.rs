@@ -14,7 +14,7 @@ use std::path::Path;
 use std::rc::Rc;
 use std::sync::OnceLock;
 use stm32_sim::Microcontroller;
-use stm32_sim::chip::Chip;
+use stm32_sim::board::Board;
 use stm32_sim::elf::Image;
 use stm32_sim::firmware;
 
@@ -46,7 +46,7 @@ const PRODUCTS: [&str; 5] = ["is1", "is2", "jn2101", "ims360", "tiltix080"];
 fn elf(product: &str) -> &'static [u8] {
     static FILES: OnceLock<BTreeMap<String, Vec<u8>>> = OnceLock::new();
     let files = FILES.get_or_init(|| {
-        let built = firmware::build(Chip::F103, &PRODUCTS);
+        let built = firmware::build(Board::BluePill, &PRODUCTS);
         let built = built.unwrap_or_else(|error| panic!("{error}"));
         let read = |path| std::fs::read(path).expect("the image can be read");
         let files = built.into_iter();
@@ -59,7 +59,7 @@ fn elf(product: &str) -> &'static [u8] {
 fn attach(rig: &mut Rig, product: &str) {
     let image = Rc::new(Image::parse(elf(product)).expect("an ELF file"));
     let name = find(product).expect("a product").name;
-    let flash = Flash::blank(Chip::F103.facts().geometry);
+    let flash = Flash::blank(Board::BluePill.chip().facts().geometry);
     rig.attach_sensor(Microcontroller::new(name, image, SERIAL, flash, tilted()).quiet());
 }
 

@@ -6,7 +6,7 @@ use crate::{assert_fails, new_path, text};
 use std::fs;
 use std::path::PathBuf;
 use std::time::Instant;
-use stm32_sim::chip::Chip;
+use stm32_sim::board::Board;
 
 #[test]
 fn damaged_program_ends_with_one_sentence() {
@@ -24,11 +24,11 @@ fn damaged_program_ends_with_one_sentence() {
 
 /// The image of a model for the Blue Pill.
 pub fn image(model: &str) -> PathBuf {
-    image_for(Chip::F103, model)
+    image_for(Board::BluePill, model)
 }
 
-pub fn image_for(chip: Chip, model: &str) -> PathBuf {
-    let mut images = stm32_sim::firmware::build(chip, &[model]).expect("it builds");
+pub fn image_for(board: Board, model: &str) -> PathBuf {
+    let mut images = stm32_sim::firmware::build(board, &[model]).expect("it builds");
     images.remove(model).expect("an image of this name")
 }
 
@@ -48,13 +48,13 @@ fn image_of_other_model_is_refused() {
 #[cfg(unix)]
 #[test]
 fn flashed_image_answers_like_host_build() {
-    Chip::ALL.into_iter().for_each(answers_like_host_build);
+    Board::ALL.into_iter().for_each(answers_like_host_build);
 }
 
 #[cfg(unix)]
-fn answers_like_host_build(chip: Chip) {
-    let log = new_path(&format!("flashed-{chip:?}.log"));
-    let image = image_for(chip, "is2");
+fn answers_like_host_build(board: Board) {
+    let log = new_path(&format!("flashed-{board:?}.log"));
+    let image = image_for(board, "is2");
     let mut sensor = Sensor::start(&[
         "--elf",
         text(&image),

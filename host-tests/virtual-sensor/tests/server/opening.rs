@@ -24,8 +24,8 @@ const ATTEMPTS: u64 = 12;
 
 /// The image of the JN2101 for the Blue Pill.
 fn image() -> PathBuf {
-    let chip = stm32_sim::chip::Chip::F103;
-    let mut images = stm32_sim::firmware::build(chip, &["jn2101"]).expect("it builds");
+    let board = stm32_sim::board::Board::BluePill;
+    let mut images = stm32_sim::firmware::build(board, &["jn2101"]).expect("it builds");
     images.remove("jn2101").expect("an image of this name")
 }
 

@@ -5,7 +5,7 @@ use crate::process::client::{BEL, Client};
 use crate::process::sensor::Sensor;
 use crate::{assert_fails, new_path, text};
 use std::fs;
-use stm32_sim::chip::Chip;
+use stm32_sim::board::Board;
 
 #[test]
 fn save_is_written_to_store_file() {
@@ -122,7 +122,7 @@ fn image_for_the_nucleo_keeps_the_parameters_of_a_short_store() {
     assert_eq!(sensor.interrupt(), Some(0));
     assert_eq!(fs::read(&store).expect("it is there").len(), 2048);
 
-    let image = image_for(Chip::F446, "is2");
+    let image = image_for(Board::NucleoF446, "is2");
     for _ in 0..2 {
         let mut sensor = Sensor::start(&["--elf", text(&image), "--store", text(&store)]);
         let mut client = Client::awake(&sensor);

@@ -7,7 +7,7 @@ use crate::rig::{Rig, Warming};
 use plumbline::measure::SAMPLE_PERIOD;
 use plumbline::time::{Duration, after, millis};
 use std::collections::BTreeSet;
-use stm32_sim::chip::Chip;
+use stm32_sim::board::Board;
 
 /// The step of few phases in us.
 const FEW: u64 = 10;
@@ -65,7 +65,7 @@ impl Scenario {
             self.record(Some(median), worst, &trials);
         }
         // On the Nucleo, no times are measured. The messages above are sent because they determine the peak of the stack.
-        if self.product.chip == Chip::F446 || self.sweep == Phases::Few {
+        if self.product.board == Board::NucleoF446 || self.sweep == Phases::Few {
             return Ok(());
         }
         let nothing = |_: &mut Self| Ok(());

@@ -1,4 +1,5 @@
 use super::*;
+use crate::board::Board;
 use crate::chip::Chip;
 use crate::flash::{Times, Work};
 use bench::Flash;
@@ -19,7 +20,7 @@ struct Bench {
 impl Bench {
     fn new() -> Self {
         Self {
-            flash: FlashInterface::new(Chip::F103, Flash::default()),
+            flash: FlashInterface::new(Board::BluePill, Flash::default()),
             violations: Violations::default(),
             now: 0,
         }

@@ -1,4 +1,5 @@
 use super::*;
+use crate::board::Board;
 use crate::chip::Chip;
 use crate::flash::{Times, Work};
 use crate::pwr::Pwr;
@@ -28,7 +29,7 @@ struct Bench {
 impl Bench {
     fn unlocked() -> Self {
         let mut bench = Self {
-            flash: FlashInterface::new(Chip::F446, Flash::blank(Geometry::STM32F446)),
+            flash: FlashInterface::new(Board::NucleoF446, Flash::blank(Geometry::STM32F446)),
             violations: Violations::default(),
             now: 0,
         };
@@ -77,7 +78,7 @@ impl Bench {
 fn reset_values_match_manual() {
     // RM0390, section 3.8; FLASH_OPTCR has BOR_LEV = 0 (README).
     let memory = Flash::blank(Geometry::STM32F446);
-    let mut flash = FlashInterface::new(Chip::F446, memory);
+    let mut flash = FlashInterface::new(Board::NucleoF446, memory);
     let values = [0x00, SR, CR, 0x14].map(|offset| flash.read(0, offset).unwrap());
     assert_eq!(values, [0, 0, 0x8000_0000, 0x0FFF_AAE1]);
 }

@@ -15,7 +15,7 @@ const DBGMCU: u32 = 0xE004_2000;
 
 /// Chip select PB12 high, SPI2 on PB13 to PB15 at full speed, PCLK1 / 2.
 fn with_spi() -> Bench {
-    let mut bench = Bench::of(Chip::F446);
+    let mut bench = Bench::of(Board::NucleoF446);
     bench.write(AHB1ENR, 0x0010_0002);
     bench.write(APB1ENR, 1 << 14);
     bench.write(GPIOB + 0x18, 1 << 12);
@@ -76,7 +76,7 @@ fn slow_pins_of_spi2_read_a_wrong_last_bit() {
 
 #[test]
 fn peripheral_without_clock_does_not_answer() {
-    let mut bench = Bench::of(Chip::F446);
+    let mut bench = Bench::of(Board::NucleoF446);
     for (address, name, enable, bit) in [
         (CAN1, "CAN1", APB1ENR, 25),
         (GPIOA, "GPIO", AHB1ENR, 0),
@@ -108,7 +108,7 @@ fn peripheral_without_clock_does_not_answer() {
 
 #[test]
 fn can_is_connected_with_alternate_function_9() {
-    let mut bench = Bench::of(Chip::F446);
+    let mut bench = Bench::of(Board::NucleoF446);
     bench.write(AHB1ENR, 0x0010_0001);
     bench.write(APB1ENR, 1 << 25);
     bench.write(GPIOA, 0xAA80_0000);
@@ -123,7 +123,7 @@ fn can_is_connected_with_alternate_function_9() {
 
 #[test]
 fn transmit_pin_belongs_to_port_or_can_controller() {
-    let mut bench = Bench::of(Chip::F446);
+    let mut bench = Bench::of(Board::NucleoF446);
     bench.write(AHB1ENR, 0x0010_0001);
     bench.write(APB1ENR, 1 << 25);
     bench.write(GPIOA + 0x24, 0x0009_9000);
@@ -144,7 +144,7 @@ fn transmit_pin_belongs_to_port_or_can_controller() {
 
 #[test]
 fn debug_registers_are_kept_in_a_reset() {
-    let mut bench = Bench::of(Chip::F446);
+    let mut bench = Bench::of(Board::NucleoF446);
     assert_eq!(bench.read(DBGMCU), Ok(0x1000_6421));
     bench.write(DBGMCU + 0x08, 1 << 12);
     let cycle = bench.cycle;
@@ -154,7 +154,7 @@ fn debug_registers_are_kept_in_a_reset() {
 
 #[test]
 fn converter_measures_supply_of_scene_through_pc0() {
-    let mut bench = Bench::of(Chip::F446);
+    let mut bench = Bench::of(Board::NucleoF446);
     bench.write(AHB1ENR, 0x0010_0004);
     bench.write(RCC + 0x44, 1 << 8);
     bench.write(GPIOC, 0b11);

@@ -5,14 +5,14 @@ mod pac;
 use bench::Flash;
 use pac::{Device, Register};
 use plumbline::measure::Reading;
-use stm32_sim::chip;
+use stm32_sim::board::Board;
 use stm32_sim::io::{Io, Width};
 use stm32_sim::peripherals::Peripherals;
 
 /// A chip of the simulator.
 struct Chip {
-    /// Its name in the simulator.
-    chip: chip::Chip,
+    /// A board with it.
+    board: Board,
     /// The peripheral access crate and the module in it.
     source: (&'static str, &'static str),
     /// The modelled peripherals, by their names in the crate.
@@ -32,7 +32,7 @@ struct Chip {
 }
 
 const STM32F103: Chip = Chip {
-    chip: chip::Chip::F103,
+    board: Board::BluePill,
     source: ("stm32f1", "stm32f103"),
     peripherals: &[
         "ADC1", "AFIO", "CAN", "DBGMCU", "FLASH", "GPIOA", "GPIOB", "GPIOC", "GPIOD", "GPIOE",
@@ -102,7 +102,7 @@ const STM32F103: Chip = Chip {
 };
 
 const STM32F446: Chip = Chip {
-    chip: chip::Chip::F446,
+    board: Board::NucleoF446,
     source: ("stm32f4", "stm32f446"),
     peripherals: &[
         "ADC1",
@@ -205,8 +205,8 @@ impl Chip {
     /// The peripherals after a reset, with their clocks.
     fn machine(&self, with_clocks: bool) -> Peripherals {
         let motion = Box::new(Reading::default());
-        let flash = Flash::blank(self.chip.facts().geometry);
-        let mut machine = Peripherals::new(self.chip, [1, 2, 3], flash, motion);
+        let flash = Flash::blank(self.board.chip().facts().geometry);
+        let mut machine = Peripherals::new(self.board, [1, 2, 3], flash, motion);
         for (address, value) in self.clocks.iter().filter(|_| with_clocks) {
             let written = machine.write(1, *address, Width::Word, *value);
             written.expect("a clock enable register");

@@ -1,7 +1,7 @@
 //! Erasing and programming the flash (PM0075).
 
 use super::pac;
-use crate::board::supply_is_low;
+use crate::board::{PARAMETERS, supply_is_low};
 use crate::flash::Sectors;
 use embedded_storage::nor_flash::NorFlashErrorKind;
 
@@ -55,7 +55,7 @@ impl Flash {
 }
 
 impl Sectors for Flash {
-    const START: usize = 0x0800_F800;
+    const START: usize = PARAMETERS;
     const SIZE: usize = 1024;
     const COUNT: usize = 2;
     const WRITE_SIZE: usize = 2;

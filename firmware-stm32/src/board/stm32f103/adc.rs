@@ -1,21 +1,25 @@
 //! The converter that measures the supply.
 
-use crate::board::{delay, pac, supply_millivolts};
+use crate::board::{SUPPLY_CHANNEL, connect_supply, delay, pac, supply_millivolts};
 
-/// Starts the converter at the divider of the supply: 10.7 MHz (14 MHz at most), calibrated, with a sampling time of 22 us for PA0.
+/// Sampling times of 239.5 cycles.
+const LONGEST: u32 = 0x3FFF_FFFF;
+
+/// Starts the converter at the divider of the supply: 10.7 MHz (14 MHz at most), calibrated, with a sampling time of 22 us.
 pub fn start_adc() {
     // SAFETY: the main loop is the only code that uses these registers.
-    let (rcc, adc, port_a) =
-        unsafe { (pac::RCC::steal(), pac::ADC1::steal(), pac::GPIOA::steal()) };
+    let (rcc, adc) = unsafe { (pac::RCC::steal(), pac::ADC1::steal()) };
     rcc.cfgr().modify(|_, w| w.adcpre().div6());
     rcc.apb2enr().modify(|_, w| w.adc1en().set_bit());
     // The clock runs after this write.
     cortex_m::asm::dsb();
-    // For an input, 00 is analog.
-    port_a
-        .crl()
-        .modify(|_, w| w.mode0().input().cnf0().push_pull());
-    adc.smpr2().write(|w| w.smp0().cycles239_5());
+    connect_supply();
+    // SAFETY: all values of these registers are valid: the longest time for all channels, and one channel.
+    unsafe {
+        adc.smpr1().write(|w| w.bits(LONGEST));
+        adc.smpr2().write(|w| w.bits(LONGEST));
+        adc.sqr3().write(|w| w.bits(SUPPLY_CHANNEL));
+    }
     adc.cr2().write(|w| w.adon().set_bit());
     // The converter is stable after 1 us (DS5319, tSTAB).
     delay(2);

@@ -1,9 +1,10 @@
 //! The registers that only the boot changes.
 
+use crate::board::SPI_ADDRESS;
 use crate::board::registers::Register;
 
 /// The registers of the [`Configuration`](crate::board::Configuration).
-pub(in crate::board) const REGISTERS: [Register; 23] = [
+pub(in crate::board) const REGISTERS: [Register; 24] = [
     // RCC: the resets of APB2 and APB1, the enables, the oscillators without their ready flags, the clock tree without SWS. The main loop
     // switches TIM4 on.
     Register::new(0x4002_100C, !0),
@@ -25,6 +26,7 @@ pub(in crate::board) const REGISTERS: [Register; 23] = [
     Register::new(0x4001_0C00, !0),
     Register::new(0x4001_0C04, !0xF0),
     Register::new(0x4001_0C0C, 0b11 << 8),
+    Register::new(0x4001_1000, !0),
     Register::new(0x4001_1004, !0),
     // TIM3: CCMR2, CCER, PSC, ARR, CR1.
     Register::new(0x4000_041C, 0xFFFF),
@@ -32,7 +34,7 @@ pub(in crate::board) const REGISTERS: [Register; 23] = [
     Register::new(0x4000_0428, 0xFFFF),
     Register::new(0x4000_042C, 0xFFFF),
     Register::new(0x4000_0400, 0xFFFF),
-    // SPI1: CR1, CR2.
-    Register::new(0x4001_3000, 0xFFFF),
-    Register::new(0x4001_3004, 0xFFFF),
+    // SPI: CR1, CR2.
+    Register::new(SPI_ADDRESS, 0xFFFF),
+    Register::new(SPI_ADDRESS + 4, 0xFFFF),
 ];

@@ -1,0 +1,35 @@
+//! The tests that also run with the images for the Nucleo-F103RB: what its board changes. These are the pins of accelerometer, LEDs and
+//! supply, SPI2, the clock from the ST-LINK, and the place of the parameters.
+
+also! {
+    crate::rig::on_the_nucleo_f103;
+    accelerometer:
+        accelerometer_failure_is_reported_within_200_ms_and_cleared_after_recovery;
+    boot:
+        cause_of_the_last_reset_is_kept,
+        module_leds_are_outputs_and_off;
+    clock:
+        bus_is_recessive_and_heater_off_before_the_reset,
+        sensor_without_a_crystal_shows_the_error_led_and_stays_off_the_bus,
+        crystal_that_starts_after_a_second_is_used;
+    disturbed:
+        disturbed_bits_of_clocks_pins_and_timers_are_restored;
+    errors:
+        run_led_flickers_during_detection_and_is_on_afterwards;
+    faults:
+        stack_overflow_restarts_the_sensor_without_overwriting_static_variables;
+    ims360:
+        image_measures_supply_and_angular_rate;
+    jn2101:
+        terminating_resistor_is_switched_and_is_off_without_power,
+        heating_power_depends_on_the_temperature;
+    memory:
+        saves_work_across_page_changes_with_any_times_of_the_flash,
+        broken_flash_sets_cmd_param_error_and_eeprom_error;
+    probe:
+        probe_reads_log_and_programs_sleeping_sensor_twice;
+    sensing:
+        supply_is_measured_within_13_mv;
+    timing:
+        sync_is_answered_within_15_us;
+}
