@@ -18,15 +18,15 @@ use stm32_sim::cortex_m::{CortexM3, Pause};
 use stm32_sim::elf::Image;
 use stm32_sim::io::NoPeripherals;
 
-/// Calls of the function.
+/// The number of calls of the function.
 const CALLS: usize = 200_000;
-/// The function.
+/// The function whose calls are measured.
 const FUNCTION: &str = "plumbline::measure::definition::tilt";
 /// The simulated time of the sensor in ms.
 const TIME: u64 = 1_500;
 /// Measurements of each; the fastest one counts, because other programs disturb the slower ones.
 const ROUNDS: usize = 15;
-/// The smallest ratio.
+/// The smallest permitted ratio.
 const RATIO: f64 = 0.5;
 
 fn main() -> ExitCode {
@@ -57,7 +57,7 @@ fn main() -> ExitCode {
     exit
 }
 
-/// The processor alone.
+/// Million instructions per second of the processor alone.
 fn function(image: &Rc<Image>, cycles: Option<Cycles>) -> f64 {
     const RAM: u32 = 0x2000_0000;
     let mut processor = CortexM3::new();
@@ -88,7 +88,7 @@ fn function(image: &Rc<Image>, cycles: Option<Cycles>) -> f64 {
     processor.instructions() as f64 / begin.elapsed().as_secs_f64() / 1e6
 }
 
-/// The complete sensor.
+/// Million instructions per second of a complete sensor.
 fn sensor(image: &Rc<Image>, cycles: Option<Cycles>) -> f64 {
     let mut bus = Bus::new(BusRate::Fixed(BitRate::M1));
     let motion = Box::new(Reading::default());

@@ -90,7 +90,7 @@ static F446: Facts = Facts {
 /// What the converter needs for an access.
 #[derive(Clone, Copy, Debug)]
 pub struct Surroundings {
-    /// The time.
+    /// The simulated time of the access.
     pub now: Picoseconds,
     /// The clock of the converter on the STM32F103, the clock of the bus on the STM32F446, in Hz.
     pub clock: u32,
@@ -98,14 +98,14 @@ pub struct Surroundings {
     pub is_analog: bool,
 }
 
-/// A running conversion.
+/// A conversion in progress.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 struct Conversion {
     sampled: Picoseconds,
     end: Picoseconds,
 }
 
-/// ADC1.
+/// The converter ADC1 with its channels.
 #[derive(Debug)]
 pub struct Adc {
     chip: Chip,
@@ -115,9 +115,9 @@ pub struct Adc {
     control: [u32; 2],
     /// ADC_SMPR1 and ADC_SMPR2: channels 10 to 18, channels 0 to 9.
     sampling: [u32; 2],
-    /// ADC_SQR1 to ADC_SQR3.
+    /// ADC_SQR1 to ADC_SQR3, the sequence of conversions.
     sequence: [u32; 3],
-    /// ADC_CCR.
+    /// ADC_CCR, the register that all converters share (STM32F446).
     common: u32,
     data: u32,
     /// The time from which conversions are possible; None: it is off.
@@ -129,7 +129,7 @@ pub struct Adc {
 }
 
 impl Adc {
-    /// After a reset. The divider is at this channel.
+    /// The converter after a reset: off. The divider is at this channel.
     pub fn new(chip: Chip, channel: u32) -> Self {
         Self {
             chip,
@@ -226,7 +226,7 @@ impl Adc {
         Ok(())
     }
 
-    /// ADC_CR2.
+    /// A write to ADC_CR2: switches the converter on, or starts a conversion.
     fn control(&mut self, value: u32, around: Surroundings, violations: &mut Violations) {
         const NAME: &str = "ADC_CR2";
         let facts = Facts::of(self.chip);

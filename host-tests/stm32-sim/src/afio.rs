@@ -28,13 +28,13 @@ pub enum CanPins {
     A11A12,
     /// 10: receive PB8, transmit PB9.
     B8B9,
-    /// 11: PD0 and PD1.
+    /// Value 11: CAN on PD0 and PD1.
     D0D1,
-    /// 01: reserved.
+    /// Value 01, which is reserved.
     None,
 }
 
-/// AFIO.
+/// The remapping of pins (AFIO_MAPR).
 #[derive(Debug, Default)]
 pub struct Afio {
     remap: u32,

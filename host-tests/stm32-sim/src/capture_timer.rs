@@ -34,7 +34,7 @@ struct Channel {
     enable: u32,
     /// CCxIF in TIMx_SR, and CCxIE in TIMx_DIER.
     flag: u32,
-    /// CCxOF in TIMx_SR.
+    /// The bits CCxOF of TIMx_SR: a capture was lost.
     overcapture: u32,
 }
 
@@ -210,7 +210,6 @@ mod tests {
 
     const CLOCK: u32 = 64_000_000;
 
-    /// 1 us in picoseconds.
     const US: Picoseconds = 1_000_000;
 
     /// A counter of 32 MHz: channel 3 captures rising edges with its interrupt, channel 4 falling edges.

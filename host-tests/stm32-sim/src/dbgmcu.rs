@@ -8,18 +8,18 @@ use super::chip::Chip;
 use super::io::AccessError;
 use super::silicon::Silicon;
 
-/// The first address.
+/// The first address of the registers.
 pub const BASE: u32 = 0xE004_2000;
 
 /// The bits of DBGMCU_CR, and on the STM32F446 of DBGMCU_APB1_FZ and DBGMCU_APB2_FZ.
 const F103_BITS: [u32; 3] = [0x7E3F_FFE7, 0, 0];
 const F446_BITS: [u32; 3] = [0x0000_00E7, 0x07E0_1DFF, 0x0007_0003];
 
-/// DBGMCU.
+/// The registers of the debug support.
 #[derive(Clone, Copy, Debug)]
 pub struct Dbgmcu {
     chip: Chip,
-    /// DBGMCU_IDCODE.
+    /// DBGMCU_IDCODE: device and revision.
     identity: u32,
     /// A program can read the registers.
     reads: bool,
@@ -38,7 +38,7 @@ impl Dbgmcu {
         }
     }
 
-    /// A power-on reset.
+    /// A power-on reset; other resets do not change the registers.
     pub fn power_on(&mut self) {
         self.registers = [0; 3];
     }

@@ -58,14 +58,14 @@ const BOARD: &str = ".plumbline.board";
 /// The start of RAM.
 const RAM_START: u32 = 0x2000_0000;
 
-/// Bytes to load.
+/// A part of the image that a probe writes to flash.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Segment {
     /// The address at which they are programmed: the physical address.
     pub load_address: u32,
     /// The address at run time: the same for flash, in RAM for initial values, which the startup code copies there.
     pub address: u32,
-    /// The content.
+    /// The bytes from its address on.
     pub bytes: Vec<u8>,
 }
 
@@ -75,7 +75,6 @@ struct Symbol {
     address: u32,
     /// In bytes; 0 when the file does not specify it.
     size: u32,
-    /// The demangled name.
     name: String,
 }
 
@@ -89,14 +88,13 @@ struct Section {
 }
 
 impl Section {
-    /// True for variables.
     fn is_ram(&self) -> bool {
         let kinds = [SectionKind::Data, SectionKind::UninitializedData];
         kinds.contains(&self.kind)
     }
 }
 
-/// A firmware image.
+/// A firmware image: its segments, symbols and chip.
 #[derive(Clone, Debug)]
 pub struct Image {
     board: Board,
@@ -143,7 +141,7 @@ impl Image {
         self.board
     }
 
-    /// The segments to load.
+    /// The segments, which a probe writes to flash.
     pub fn segments(&self) -> &[Segment] {
         &self.segments
     }

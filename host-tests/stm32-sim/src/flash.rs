@@ -45,7 +45,7 @@ pub struct FlashInterface {
     /// The supply in mV below which the microcontroller is reset.
     reset_level: u32,
     times: Times,
-    /// FLASH_CR.LOCK can be read.
+    /// Whether FLASH_CR.LOCK can be read; on some clones it reads 0.
     lock_reads: bool,
     /// The memory has the wait states of FLASH_ACR.
     waits: bool,
@@ -101,7 +101,7 @@ impl FlashInterface {
         };
     }
 
-    /// The parameter pages.
+    /// The memory with the records of the firmware.
     pub fn parameters(&self) -> &Flash {
         &self.parameters
     }

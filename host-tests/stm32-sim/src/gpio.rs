@@ -18,18 +18,18 @@ use super::chip::Chip;
 use super::io::AccessError;
 use super::violation::Violations;
 
-/// The ports.
+/// The letter of a port.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum PortName {
-    /// Port A.
+    /// Port A: PA0 to PA15.
     A,
-    /// Port B.
+    /// Port B: PB0 to PB15.
     B,
-    /// Port C.
+    /// Port C: PC0 to PC15.
     C,
-    /// Port D.
+    /// Port D: PD0 to PD15.
     D,
-    /// Port E.
+    /// Port E: PE0 to PE15.
     E,
 }
 
@@ -40,9 +40,9 @@ pub struct Pin(pub PortName, pub u8);
 /// The configuration of a pin (RM0008, table 20; RM0390, table 23).
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum PinMode {
-    /// Analog input.
+    /// Analog input: the pin is not read.
     Analog,
-    /// Floating input.
+    /// Input without pull-up or pull-down.
     Floating,
     /// Input with a pull-up (true) or pull-down.
     Pulled(bool),
@@ -229,7 +229,7 @@ fn fields(pins: u16, width: u32) -> u32 {
         .fold(0, |mask, pin| mask | ((1 << width) - 1) << (width * pin))
 }
 
-/// The five ports.
+/// The five ports with their registers.
 #[derive(Debug)]
 pub struct Gpio {
     chip: Chip,

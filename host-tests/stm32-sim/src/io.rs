@@ -5,16 +5,16 @@ use thiserror::Error;
 /// The width of an access.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Width {
-    /// 8 bits.
+    /// An access of 8 bits.
     Byte,
-    /// 16 bits.
+    /// An access of 16 bits.
     HalfWord,
-    /// 32 bits.
+    /// An access of 32 bits.
     Word,
 }
 
 impl Width {
-    /// The number of bytes.
+    /// The number of bytes: 1, 2 or 4.
     pub fn bytes(self) -> usize {
         match self {
             Self::Byte => 1,
@@ -48,7 +48,7 @@ pub trait Io {
     /// Reads a register at processor cycle `cycle`. Reads of a byte or half-word return it in the low bits.
     fn read(&mut self, cycle: u64, address: u32, width: Width) -> Result<u32, AccessError>;
 
-    /// Writes a register.
+    /// Writes a register of a peripheral.
     fn write(
         &mut self,
         cycle: u64,

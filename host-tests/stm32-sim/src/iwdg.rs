@@ -38,7 +38,7 @@ impl Slow {
     }
 }
 
-/// The watchdog.
+/// The watchdog: it resets the chip if the program does not feed it in time.
 #[derive(Clone, Debug)]
 pub struct Iwdg {
     lsi: u32,
@@ -52,7 +52,7 @@ pub struct Iwdg {
 }
 
 impl Default for Iwdg {
-    /// After a reset: stopped.
+    /// The watchdog after a reset: it does not count.
     fn default() -> Self {
         Self {
             lsi: LSI,

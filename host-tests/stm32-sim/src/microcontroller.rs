@@ -38,13 +38,13 @@ const CAN_INTERRUPTS: u8 = 19;
 /// The number of the exception NMI.
 const NMI: u16 = 2;
 
-/// TIM4's interrupt.
+/// The number of the interrupt of TIM4.
 const TIM4_INTERRUPT: u8 = 30;
 
 /// LED changes that are kept.
 const LED_HISTORY: usize = 10_000;
 
-/// Starts that are kept.
+/// The number of starts that are kept.
 const RESETS: usize = 1000;
 
 /// A microcontroller with its program.
@@ -81,11 +81,11 @@ pub struct Microcontroller {
 /// A start of the program, and the outputs just before it.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Reset {
-    /// The time.
+    /// The simulated time of the reset.
     pub at: Picoseconds,
-    /// The cause.
+    /// What caused the reset.
     pub cause: ResetCause,
-    /// TXD was dominant.
+    /// TXD was dominant at that time, which would disturb the bus.
     pub dominant: bool,
     /// The duty of the heater in permille.
     pub heater: u16,
@@ -212,22 +212,22 @@ impl Microcontroller {
         (sensor as &mut dyn Any).downcast_mut()
     }
 
-    /// The program.
+    /// The program that it executes.
     pub fn image(&self) -> &Image {
         &self.image
     }
 
-    /// The processor.
+    /// The processor, to read registers and memory.
     pub fn core(&self) -> &CortexM3 {
         &self.core
     }
 
-    /// The processor, mutable.
+    /// The processor, to change registers and memory.
     pub fn core_mut(&mut self) -> &mut CortexM3 {
         &mut self.core
     }
 
-    /// The peripherals.
+    /// The peripherals, to read their registers.
     pub fn io(&self) -> &Peripherals {
         &self.io
     }
@@ -239,7 +239,7 @@ impl Microcontroller {
         &mut self.io
     }
 
-    /// The CAN controller.
+    /// The CAN controller, to read its state.
     pub fn can(&self) -> &BxCan {
         &self.io.can
     }

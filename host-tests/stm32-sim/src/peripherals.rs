@@ -35,11 +35,11 @@ use bench::motion::Motion;
 pub struct Peripherals {
     board: Board,
     chip: Chip,
-    /// Clocks and resets.
+    /// Clocks and resets (RCC).
     pub rcc: Rcc,
     /// The supply and its detectors.
     pub pwr: Pwr,
-    /// Pins.
+    /// The pins of all ports.
     pub gpio: Gpio,
     /// Alternate functions of the pins of the STM32F103.
     pub afio: Afio,
@@ -53,13 +53,13 @@ pub struct Peripherals {
     pub tim3: Timer,
     /// The timer at RXD, for the bit rate detection.
     pub tim4: CaptureTimer,
-    /// The independent watchdog.
+    /// The independent watchdog (IWDG).
     pub iwdg: Iwdg,
-    /// Debug support.
+    /// The debug support (DBGMCU).
     pub dbgmcu: Dbgmcu,
-    /// The accelerometer.
+    /// The accelerometer and gyroscope on the SPI.
     pub imu: Ism330dhcx,
-    /// The CAN controller.
+    /// The CAN controller; CAN1 of the STM32F446.
     pub can: BxCan,
     signature: Signature,
     violations: Violations,
@@ -72,7 +72,7 @@ pub struct Peripherals {
 /// What drives the transceiver's TXD.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Driver {
-    /// The CAN controller.
+    /// The CAN controller drives it.
     Controller,
     /// The pin has a fixed level; true is dominant.
     Fixed(bool),

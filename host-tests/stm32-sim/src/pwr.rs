@@ -45,7 +45,7 @@ pub struct Limits {
 pub enum Part {
     /// The lowest of each range.
     Lowest,
-    /// The typical ones.
+    /// The typical thresholds.
     #[default]
     Typical,
     /// The highest of each range.
@@ -74,7 +74,7 @@ pub struct Supply {
 }
 
 impl Default for Supply {
-    /// The nominal supply, constant.
+    /// A constant supply of the nominal voltage.
     fn default() -> Self {
         Self {
             from: (0, NOMINAL),
@@ -84,7 +84,7 @@ impl Default for Supply {
 }
 
 impl Supply {
-    /// The voltage in mV.
+    /// The supply voltage in mV at a time.
     pub fn at(&self, now: Picoseconds) -> u32 {
         let ((start, from), (end, to)) = (self.from, self.to);
         if now >= end {
@@ -191,7 +191,7 @@ impl Pwr {
         };
     }
 
-    /// The supply.
+    /// The supply voltage over time.
     pub fn supply(&self) -> Supply {
         self.supply
     }

@@ -81,11 +81,11 @@ const TIMER_PRESCALER: u32 = 1 << 24;
 pub enum ResetCause {
     /// The supply was switched on.
     PowerOn,
-    /// The NRST pin.
+    /// A low level at the pin NRST.
     Pin,
-    /// SYSRESETREQ in the processor.
+    /// The program: SYSRESETREQ of the processor.
     Software,
-    /// The independent watchdog.
+    /// The independent watchdog was not fed in time.
     Watchdog,
 }
 
@@ -94,9 +94,9 @@ pub enum ResetCause {
 pub enum Gate {
     /// RCC_AHB1ENR and RCC_AHB1RSTR of the STM32F446.
     Ahb1(u8),
-    /// RCC_APB1ENR and RCC_APB1RSTR.
+    /// A bit of RCC_APB1ENR and RCC_APB1RSTR.
     Apb1(u8),
-    /// RCC_APB2ENR and RCC_APB2RSTR.
+    /// A bit of RCC_APB2ENR and RCC_APB2RSTR.
     Apb2(u8),
 }
 

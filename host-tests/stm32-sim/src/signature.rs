@@ -7,7 +7,7 @@ use crc::{CRC_32_ISO_HDLC, Crc};
 
 /// The unique device identifier for which the firmware calculates this serial number: the CRC-32 of its bytes.
 pub fn unique_id(serial: u32) -> [u32; 3] {
-    /// The polynomial, reflected.
+    /// The polynomial of the CRC, reflected.
     const POLYNOMIAL: u32 = 0xEDB8_8320;
     let [low, middle] = [0x0034_0021_u32, 0x3438_510D];
     let before = Crc::<u32>::new(&CRC_32_ISO_HDLC);
@@ -34,7 +34,7 @@ impl Signature {
         Self { board, unique_id }
     }
 
-    /// The unique device identifier.
+    /// The unique identifier of the chip, 96 bits.
     pub fn unique_id(&self) -> [u32; 3] {
         self.unique_id
     }

@@ -59,7 +59,7 @@ pub trait SpiPart {
 /// The clocks of an access.
 #[derive(Clone, Copy, Debug)]
 pub struct Clocks {
-    /// HCLK in Hz.
+    /// The frequency of HCLK in Hz.
     pub hclk: u32,
     /// The clock of the bus in Hz, not more than HCLK: PCLK2 of SPI1, PCLK1 of SPI2.
     pub pclk: u32,
@@ -72,7 +72,7 @@ struct Frame {
     end: u64,
 }
 
-/// The SPI.
+/// The SPI as master, with its shift register.
 #[derive(Debug)]
 pub struct Spi {
     cr1: u32,
@@ -81,7 +81,7 @@ pub struct Spi {
     waiting: Option<u16>,
     shifting: Option<Frame>,
     received: Option<u16>,
-    /// The value of SPI_DR.
+    /// The byte or word that SPI_DR reads.
     last: u16,
     overrun: bool,
     /// SPI_DR was read after the overrun; reading SPI_SR now clears it.
@@ -90,7 +90,7 @@ pub struct Spi {
 }
 
 impl Default for Spi {
-    /// After a reset: off.
+    /// The SPI after a reset: off.
     fn default() -> Self {
         Self {
             cr1: 0,

@@ -2,10 +2,10 @@
 
 pub use can_wire::protocol::Picoseconds;
 
-/// Picoseconds in a second.
+/// A second in picoseconds.
 pub const SECOND: Picoseconds = 1_000_000_000_000;
 
-/// Picoseconds in a microsecond.
+/// A microsecond in picoseconds.
 pub const MICROSECOND: Picoseconds = 1_000_000;
 
 /// The time of each cycle: a reference cycle with known time, and the frequency from there on.
@@ -35,7 +35,7 @@ impl Timebase {
         }
     }
 
-    /// HCLK in Hz.
+    /// The frequency of HCLK in Hz.
     pub fn frequency(&self) -> u32 {
         self.frequency
     }

@@ -2,14 +2,14 @@
 
 use std::fmt;
 
-/// One programming error.
+/// Something that the program did and the manual does not permit.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Violation {
     /// The processor cycle of the access.
     pub cycle: u64,
     /// The register by its name in the manual, e.g. `FLASH_CR`.
     pub register: String,
-    /// The reason.
+    /// What is not permitted, as text.
     pub reason: &'static str,
 }
 
@@ -24,7 +24,7 @@ impl fmt::Display for Violation {
     }
 }
 
-/// Collects violations.
+/// The violations of a program, of which the first thousand are kept.
 #[derive(Debug, Default)]
 pub struct Violations {
     cycle: u64,
@@ -41,7 +41,7 @@ impl Violations {
         self
     }
 
-    /// Adds a violation.
+    /// Adds a violation at the present cycle.
     pub fn add(&mut self, register: impl Into<String>, reason: &'static str) {
         if self.list.len() < Self::MOST {
             self.list.push(Violation {

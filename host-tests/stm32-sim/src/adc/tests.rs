@@ -10,7 +10,7 @@ struct Bench {
     violations: Violations,
 }
 
-/// ADC_SR, ADC_CR2, ADC_DR.
+/// The offsets of ADC_SR, ADC_CR2 and ADC_DR.
 const SR: u32 = 0x00;
 const CR2: u32 = 0x08;
 const DR: u32 = 0x4C;

@@ -108,7 +108,6 @@ impl Status {
         self.last_error = 0;
     }
 
-    /// An error was detected.
     pub(super) fn failed(&mut self, code: ErrorCode) {
         self.last_error = code as u32;
         if self.enabled & LAST_ERROR_ENABLE != 0 {

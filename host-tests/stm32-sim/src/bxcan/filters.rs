@@ -41,7 +41,7 @@ pub(super) struct Match {
     pub(super) index: u8,
 }
 
-/// One comparison.
+/// One comparison of an identifier with a filter register.
 #[derive(Clone, Copy)]
 struct Filter {
     identifier: u32,
@@ -96,7 +96,6 @@ impl Filters {
         self.shared
     }
 
-    /// Whether CAN_FMR.FINIT is set.
     pub(super) fn is_initializing(&self) -> bool {
         self.initialization
     }
@@ -239,7 +238,6 @@ impl Filters {
         best.map(|(_, found)| found)
     }
 
-    /// The filters of a bank.
     fn filters(&self, bank: usize) -> Vec<Filter> {
         let [first, second] = self.banks[bank];
         let (low, high) = (|word: u32| word & 0xFFFF, |word: u32| word >> 16);

@@ -47,11 +47,11 @@ const BTR_HISTORY: usize = 1000;
 /// The state of the recovery from bus-off.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 enum Recovery {
-    /// Not requested.
+    /// No change is requested.
     None,
     /// Software has entered initialization mode; the recovery begins when the controller joins the bus.
     Due,
-    /// Recessive bits are counted.
+    /// The recessive bits of the recovery are counted.
     UnderWay,
 }
 
@@ -66,7 +66,7 @@ struct State {
     filters: Filters,
 }
 
-/// The controller.
+/// The CAN controller: registers, mailboxes, FIFOs and filters around [`Protocol`].
 #[derive(Debug)]
 pub struct BxCan {
     state: State,

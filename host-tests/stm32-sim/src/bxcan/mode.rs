@@ -41,7 +41,6 @@ const SYNCHRONIZATION: u8 = 11;
 const INITIALIZATION_ACKNOWLEDGED: u32 = 1;
 const SLEEP_ACKNOWLEDGED: u32 = 1 << 1;
 
-/// A mode of operation.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) enum Mode {
     /// CAN_MCR.RESET is set, or sleep mode is not acknowledged yet after it.
@@ -60,11 +59,11 @@ pub(super) enum Change {
     Acknowledge(Mode),
 }
 
-/// CAN_MCR and the mode.
+/// CAN_MCR, and the mode that follows from it.
 #[derive(Debug)]
 pub(super) struct Control {
     bits: u32,
-    /// The acknowledged mode.
+    /// The mode that CAN_MSR acknowledges.
     mode: Mode,
     /// Initialization mode was entered from sleep mode, and SLEEP was not cleared since then.
     from_sleep: bool,
@@ -87,7 +86,7 @@ impl Default for Control {
 }
 
 impl Control {
-    /// CAN_MCR.
+    /// The value of CAN_MCR.
     pub(super) fn value(&self) -> u32 {
         self.bits
     }
@@ -185,14 +184,14 @@ impl Control {
         }
     }
 
-    /// Synchronized to the bus.
+    /// The controller has seen 11 recessive bits: it takes part in the traffic.
     pub(super) fn joined(&mut self) {
         if self.joining {
             self.enter(Mode::Normal);
         }
     }
 
-    /// Acknowledges a mode.
+    /// Changes the mode, and acknowledges it in CAN_MSR.
     pub(super) fn enter(&mut self, mode: Mode) {
         self.joining = false;
         self.from_sleep =
@@ -207,7 +206,7 @@ impl Control {
         }
     }
 
-    /// The requested mode.
+    /// The mode that CAN_MCR requests.
     pub(super) fn requested(&self) -> Mode {
         if self.has(INITIALIZATION) {
             Mode::Initialization

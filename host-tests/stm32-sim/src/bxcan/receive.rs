@@ -26,7 +26,7 @@ const RELEASE: u32 = 1 << 5;
 #[derive(Debug, Default)]
 pub(super) struct Fifo {
     messages: VecDeque<Words>,
-    /// FULL and FOVR.
+    /// The bits FULL and FOVR, which the program clears.
     flags: u32,
     /// The content of the output mailbox when the FIFO is empty: the last released message.
     stale: Words,
@@ -43,7 +43,7 @@ impl Fifo {
         }
     }
 
-    /// When [`settle`](Self::settle) changes something.
+    /// The time at which [`settle`](Self::settle) changes something.
     pub(super) fn next_event(&self) -> Option<Picoseconds> {
         self.releasing
     }
@@ -87,7 +87,7 @@ impl Fifo {
         message[word]
     }
 
-    /// CAN_RFxR.
+    /// The value of CAN_RFxR.
     pub(super) fn status(&self) -> u32 {
         let releasing = if self.releasing.is_some() { RELEASE } else { 0 };
         self.flags | releasing | self.messages.len() as u32

@@ -19,7 +19,6 @@ const MAPPED_BANKS: u32 = 28;
 /// The word of a mailbox that has the identifier.
 pub(super) const IDENTIFIER: usize = 0;
 
-/// A register.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) enum Register {
     MasterControl,

@@ -101,7 +101,7 @@ impl Resetting {
         }
     }
 
-    /// CAN_MCR was read.
+    /// Notes that the program has read CAN_MCR.
     pub(super) fn read(&mut self) {
         if let Self::Reads(left) = self {
             *left = left.saturating_sub(1);
@@ -120,7 +120,7 @@ pub(super) struct Lock {
 }
 
 impl Lock {
-    /// A reset by RCC.
+    /// Handles a reset of the controller by RCC.
     pub(super) fn reset(&mut self) {
         self.uses += u32::from(self.silent);
         self.silent = false;

@@ -90,7 +90,6 @@ fn initializing(btr: u32) -> BxCan {
     can
 }
 
-/// On the bus.
 fn on_the_bus(btr: u32) -> BxCan {
     let mut can = initializing(btr);
     can.set(MCR, 0);

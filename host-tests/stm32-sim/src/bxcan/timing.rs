@@ -25,7 +25,7 @@ const HIGHEST_RATE: u32 = 1_000_000;
 /// The minimum number of time quanta in a bit (ISO 11898-1).
 const LEAST_QUANTA: u32 = 8;
 
-/// CAN_BTR.
+/// The value of CAN_BTR.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) struct Timing(u32);
 
@@ -110,7 +110,6 @@ impl Timing {
 mod tests {
     use super::*;
 
-    /// CAN_BTR with these values.
     fn timing(prescaler: u32, before: u32, after: u32, jump: u32) -> Timing {
         Timing::new((jump - 1) << 24 | (after - 1) << 20 | (before - 1) << 16 | (prescaler - 1))
     }

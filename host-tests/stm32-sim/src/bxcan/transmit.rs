@@ -48,7 +48,7 @@ pub(super) enum Outcome {
 
 #[derive(Clone, Copy, Debug, Default)]
 struct Mailbox {
-    /// The registers, without TXRQ.
+    /// The registers of the mailbox, without TXRQ.
     words: Words,
     /// TXRQ, with the number of the request.
     pending: Option<u64>,
@@ -61,7 +61,6 @@ struct Mailbox {
 }
 
 impl Mailbox {
-    /// The mailbox becomes empty.
     fn complete(&mut self) {
         self.pending = None;
         self.abort = false;
@@ -109,7 +108,7 @@ impl Transmitter {
         requested
     }
 
-    /// CAN_TSR.
+    /// The value of CAN_TSR.
     pub(super) fn status(&self, order: Order) -> u32 {
         let mut status = 0;
         for (number, mailbox) in self.mailboxes.iter().enumerate() {
@@ -130,7 +129,7 @@ impl Transmitter {
         status
     }
 
-    /// Writes CAN_TSR.
+    /// A write to CAN_TSR: clears results, or aborts mailboxes.
     pub(super) fn write_status(&mut self, value: u32) {
         for (number, mailbox) in self.mailboxes.iter_mut().enumerate() {
             let bits = value >> (8 * number);

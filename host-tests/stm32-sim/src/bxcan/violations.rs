@@ -3,14 +3,14 @@
 use can_wire::protocol::Picoseconds;
 use std::fmt;
 
-/// A programming error.
+/// Something that the program did and the reference manual does not permit.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Violation {
     /// The time of the access.
     pub at: Picoseconds,
     /// The name of the register in the reference manual.
     pub register: &'static str,
-    /// The reason.
+    /// What is not permitted, as text.
     pub reason: String,
 }
 

@@ -29,7 +29,7 @@ pub enum Chip {
 /// The facts of a microcontroller that are numbers.
 #[derive(Debug)]
 pub struct Facts {
-    /// The processor.
+    /// The model and the revision of the processor.
     pub processor: Model,
     /// The RAM in bytes.
     pub ram: usize,
@@ -51,18 +51,18 @@ pub struct Facts {
     pub unique_id_at: u32,
 }
 
-/// A peripheral.
+/// A peripheral with its own range of addresses.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Module {
-    /// Electronic signature.
+    /// Electronic signature: flash size and unique identifier.
     Signature,
-    /// TIM3.
+    /// TIM3, which drives the heater.
     Tim3,
-    /// TIM4.
+    /// TIM4, which measures the bit time.
     Tim4,
-    /// The independent watchdog.
+    /// The independent watchdog (IWDG).
     Iwdg,
-    /// Power control.
+    /// Power control (PWR), with the detector of the supply.
     Pwr,
     /// The analog-to-digital converter ADC1.
     Adc,
@@ -70,20 +70,20 @@ pub enum Module {
     Can,
     /// Alternate functions of the STM32F103.
     Afio,
-    /// A GPIO port.
+    /// The GPIO port with this letter.
     Gpio(super::gpio::PortName),
     /// The SPI at the accelerometer: SPI1, or SPI2.
     Spi,
-    /// Reset and clock control.
+    /// Reset and clock control (RCC).
     Rcc,
-    /// The flash interface.
+    /// The interface that erases and programs the flash.
     Flash,
-    /// Debug support.
+    /// Debug support (DBGMCU).
     Dbgmcu,
 }
 
 impl Chip {
-    /// Both chips.
+    /// Both chips, in the order of the boards.
     pub const ALL: [Self; 2] = [Self::F103, Self::F446];
 
     /// The numbers of this chip.
@@ -149,7 +149,6 @@ impl Chip {
         }
     }
 
-    /// The RAM.
     pub(super) fn ram(self) -> Range<u32> {
         const START: u32 = 0x2000_0000;
         START..START + self.facts().ram as u32

@@ -11,9 +11,7 @@ use std::collections::BTreeSet;
 /// A decoded instruction with its cycles, in 20 bytes.
 #[derive(Clone, Copy, Debug)]
 pub struct Place {
-    /// The instruction.
     pub instruction: Instruction,
-    /// Its cost.
     pub cost: Cost,
     /// Its length in bytes, 2 or 4.
     pub length: u8,
@@ -64,7 +62,7 @@ impl Cache {
         }
     }
 
-    /// Removes all instructions.
+    /// Removes all instructions, as after a change of the flash.
     pub fn clear(&mut self) {
         self.places.fill(UNKNOWN);
     }

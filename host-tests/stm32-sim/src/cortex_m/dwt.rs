@@ -11,7 +11,7 @@ const CYCCNTENA: u32 = 1 << 0;
 /// CTRL: four comparators.
 const COMPARATORS: u32 = 4 << 28;
 
-/// The cycle counter.
+/// The cycle counter of the data watchpoint and trace unit.
 #[derive(Clone, Debug, Default)]
 pub struct Dwt {
     counts: bool,

@@ -2,7 +2,7 @@
 
 use super::registers::Registers;
 
-/// Numbers of exceptions.
+/// The numbers of the system exceptions.
 pub const NMI: u16 = 2;
 /// A fault that no other handler takes.
 pub const HARD_FAULT: u16 = 3;
@@ -10,13 +10,13 @@ pub const HARD_FAULT: u16 = 3;
 pub const BUS_FAULT: u16 = 5;
 /// A usage fault, if its handler is enabled.
 pub const USAGE_FAULT: u16 = 6;
-/// The supervisor call.
+/// The supervisor call (SVC instruction).
 pub const SVCALL: u16 = 11;
 /// The request for a context switch.
 pub const PENDSV: u16 = 14;
-/// The system timer.
+/// The system timer has counted to 0.
 pub const SYSTICK: u16 = 15;
-/// Interrupt 0.
+/// The number of interrupt 0.
 pub const FIRST_INTERRUPT: u16 = 16;
 
 /// The implemented bits of a priority on both chips (RM0008 10.1.1, RM0390 10.1.1).
@@ -27,14 +27,14 @@ const LOWEST: i16 = 256;
 /// The state of every exception, as sets of exception numbers.
 #[derive(Clone, Debug)]
 pub struct Exceptions {
-    /// Waiting to be taken.
+    /// The exceptions that wait until they are taken.
     pub pending: u128,
-    /// In execution, or preempted.
+    /// The exceptions in execution, and those they have preempted.
     pub active: u128,
     /// Enabled interrupts; system exceptions are always enabled.
     pub enabled: u128,
     priority: [u8; 128],
-    /// AIRCR.PRIGROUP.
+    /// The field PRIGROUP of AIRCR.
     pub priority_group: u8,
     /// The number of interrupts of the chip.
     pub interrupts: u16,
@@ -63,7 +63,6 @@ impl Exceptions {
         self.priority[usize::from(number & 127)]
     }
 
-    /// Sets a priority.
     pub fn set_priority(&mut self, number: u16, priority: u8) {
         self.priority[usize::from(number & 127)] = priority & PRIORITY_BITS;
     }

@@ -8,10 +8,10 @@ use thiserror::Error;
 /// The reason why the processor cannot continue.
 #[derive(Clone, PartialEq, Eq, Debug, Error)]
 pub enum FaultKind {
-    /// An UNDEFINED instruction.
+    /// An instruction that the architecture does not define.
     #[error("UNDEFINED: {0}")]
     Undefined(Rule),
-    /// An UNPREDICTABLE instruction.
+    /// An instruction whose effect the architecture does not define.
     #[error("UNPREDICTABLE: {0}")]
     Unpredictable(Rule),
     /// There is no memory or peripheral at the address.
@@ -47,7 +47,7 @@ pub enum FaultKind {
 #[derive(Clone, PartialEq, Eq, Debug, Error)]
 #[error("{kind}, at {pc:#010x}")]
 pub struct Fault {
-    /// The reason.
+    /// Why the program cannot continue.
     pub kind: FaultKind,
     /// The address of the instruction.
     pub pc: u32,

@@ -23,14 +23,14 @@ const DIVISION_BY_ZERO: u32 = 1 << 25;
 /// HFSR: escalated to HardFault.
 const FORCED: u32 = 1 << 30;
 
-/// The fault status registers.
+/// The registers that say why a fault was taken.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct FaultStatus {
     /// CFSR: the bits of memory management, bus and usage faults.
     pub configurable: u32,
-    /// HFSR.
+    /// HFSR, the status of the HardFault.
     pub hard: u32,
-    /// BFAR.
+    /// BFAR, the address of a bus fault.
     pub bus_address: u32,
 }
 

@@ -1,10 +1,10 @@
 //! The memories of the microcontroller: flash, which also appears at address 0, and RAM.
 
-/// Start address of flash.
+/// The start address of the flash.
 pub const FLASH_START: u32 = 0x0800_0000;
 /// The largest flash of a simulated chip: 512 KiB.
 const LARGEST_FLASH: usize = 512 * 1024;
-/// Start address of RAM.
+/// The start address of the RAM.
 pub const RAM_START: u32 = 0x2000_0000;
 /// The largest RAM of a simulated chip: 128 KiB.
 const LARGEST_RAM: usize = 128 * 1024;
@@ -31,7 +31,7 @@ pub const fn flash_offset(address: u32) -> Option<usize> {
     }
 }
 
-/// Flash and RAM.
+/// The flash and the RAM of the processor.
 #[derive(Clone, Debug)]
 pub struct Memory {
     flash: Box<[u8]>,
@@ -96,7 +96,7 @@ impl Memory {
         self.read(address).map(u32::from_le_bytes)
     }
 
-    /// Bytes of either memory.
+    /// The bytes at an address, if all of them are in flash or in RAM.
     pub fn bytes(&self, address: u32, length: usize) -> Option<&[u8]> {
         if let Some(offset) = flash_offset(address) {
             return self.flash.get(offset..)?.get(..length);

@@ -69,7 +69,7 @@ pub enum Pause {
 #[derive(Clone, Debug)]
 pub struct CortexM3 {
     model: Model,
-    /// CPUID.
+    /// CPUID, which a program can read.
     identity: u32,
     /// Arm erratum 602117: an interrupted LDRD starts again with a wrong base.
     restarts_loads: bool,
@@ -79,7 +79,7 @@ pub struct CortexM3 {
     /// EPSR.T: if clear, no instruction can be executed (ARM ARM B1.4.2).
     thumb: bool,
     cycle: u64,
-    /// Executed instructions.
+    /// The number of executed instructions.
     instructions: u64,
     /// The costs; None: every instruction takes one cycle.
     cycles: Option<Cycles>,
@@ -400,7 +400,7 @@ impl CortexM3 {
         self.nvic.set_line(&mut self.exceptions, interrupt, high);
     }
 
-    /// Makes NMI pending.
+    /// Makes the exception NMI pending.
     pub fn raise_nmi(&mut self) {
         self.exceptions.pending |= only(NMI);
         self.interrupt();
@@ -419,7 +419,7 @@ impl CortexM3 {
         }
     }
 
-    /// Sets R0 to R15.
+    /// Sets one of the registers R0 to R15.
     pub fn set_register(&mut self, number: u8, value: u32) {
         match Register::new(number.into()) {
             Register::PC => self.next = value & !1,

@@ -5,15 +5,15 @@ use super::decode::instruction::{Condition, Register};
 /// The condition flags, and the sticky saturation flag.
 #[derive(Clone, Copy, PartialEq, Eq, Default, Debug)]
 pub struct Flags {
-    /// N.
+    /// N: the result is negative.
     pub negative: bool,
-    /// Z.
+    /// Z: the result is 0.
     pub zero: bool,
-    /// C.
+    /// C: a carry, or no borrow.
     pub carry: bool,
-    /// V.
+    /// V: the signed result does not fit.
     pub overflow: bool,
-    /// Q.
+    /// Q: a saturation has occurred.
     pub saturated: bool,
     /// GE: a bit for each byte. Always 0 without the DSP extension.
     pub greater_equal: u8,
@@ -73,7 +73,7 @@ impl Flags {
     }
 }
 
-/// ITSTATE (A7.3.3).
+/// ITSTATE: the rest of an IT block (A7.3.3).
 #[derive(Clone, Copy, PartialEq, Eq, Default, Debug)]
 pub struct ItState(pub u8);
 
@@ -103,12 +103,12 @@ impl ItState {
         }
     }
 
-    /// The bits in EPSR.
+    /// The bits of EPSR that contain it.
     pub fn to_bits(self) -> u32 {
         u32::from(self.0 & 0b11) << 25 | u32::from(self.0 >> 2) << 10
     }
 
-    /// From EPSR.
+    /// Takes the bits from EPSR.
     pub fn from_bits(bits: u32) -> Self {
         Self((bits >> 25 & 0b11 | bits >> 8 & 0xFC) as u8)
     }
@@ -117,7 +117,7 @@ impl ItState {
 /// EPSR.T, which is always set.
 pub const THUMB: u32 = 1 << 24;
 
-/// The registers.
+/// The registers of the processor, with both stack pointers.
 #[derive(Clone, Debug)]
 pub struct Registers {
     /// R0 to R14. While an instruction executes, R15 is the value that reading PC returns: its address plus 4.
@@ -128,24 +128,24 @@ pub struct Registers {
     on_process_stack: bool,
     /// The lowest value of R13 since reset.
     pub lowest_stack: u32,
-    /// The flags.
+    /// The flags of APSR.
     pub flags: Flags,
     /// The state of IT blocks.
     pub it: ItState,
     /// IPSR: the number of the active exception, 0 in thread mode.
     pub exception: u16,
-    /// PRIMASK.
+    /// PRIMASK: only NMI and faults are taken.
     pub primask: bool,
-    /// FAULTMASK.
+    /// FAULTMASK: only NMI is taken.
     pub faultmask: bool,
-    /// BASEPRI.
+    /// BASEPRI: the lowest priority value that is not taken; 0: off.
     pub basepri: u8,
     /// CONTROL.nPRIV: thread mode is unprivileged.
     pub unprivileged_thread: bool,
 }
 
 impl Registers {
-    /// State after reset (B1.5.5).
+    /// The state after a reset (B1.5.5).
     pub fn new(main_stack: u32) -> Self {
         let mut general = [0; 16];
         general[Register::SP.index()] = main_stack & !3;
@@ -165,7 +165,7 @@ impl Registers {
         }
     }
 
-    /// Reads a register.
+    /// The value of R0 to R15.
     #[inline(always)]
     pub fn get(&self, register: Register) -> u32 {
         self.general[register.index()]
@@ -194,7 +194,7 @@ impl Registers {
         self.general[Register::PC.index()] = value;
     }
 
-    /// True in handler mode.
+    /// Whether an exception handler is running.
     pub fn in_handler(&self) -> bool {
         self.exception != 0
     }
@@ -220,7 +220,7 @@ impl Registers {
         }
     }
 
-    /// MSP, or PSP.
+    /// The main stack pointer, or that of the process.
     pub fn stack_pointer(&self, process: bool) -> u32 {
         if process == self.on_process_stack {
             self.get(Register::SP)
@@ -229,7 +229,7 @@ impl Registers {
         }
     }
 
-    /// Sets MSP, or PSP.
+    /// Sets the main stack pointer, or that of the process.
     pub fn write_stack_pointer(&mut self, process: bool, value: u32) {
         if process == self.on_process_stack {
             self.set_stack_pointer(value);

@@ -30,18 +30,18 @@ const CCR_BITS: u32 = NONBASETHRDENA | 1 << 1 | UNALIGN_TRP | DIV_0_TRP | 1 << 8
 /// The registers of the system control block that only store their value.
 #[derive(Clone, Debug)]
 pub struct SystemControl {
-    /// VTOR.
+    /// VTOR, the address of the vector table.
     pub vector_table: u32,
     sleep_control: u32,
     configuration: u32,
     handler_control: u32,
-    /// DEMCR.
+    /// DEMCR, debug exception and monitor control.
     pub debug_monitor: u32,
     coprocessors: u32,
 }
 
 impl SystemControl {
-    /// State after reset.
+    /// The registers after a reset.
     pub fn new() -> Self {
         Self {
             vector_table: 0,
@@ -190,7 +190,7 @@ impl CortexM3 {
         Ok(())
     }
 
-    /// ICSR.
+    /// The value of ICSR.
     fn interrupt_control(&self) -> u32 {
         let exceptions = &self.exceptions;
         let flag = |condition: bool, bit: u32| u32::from(condition) << bit;
@@ -218,7 +218,7 @@ impl CortexM3 {
         self.exceptions.pending |= bit(26, SYSTICK) | bit(28, PENDSV) | bit(31, NMI);
     }
 
-    /// SCR.
+    /// A write to SCR.
     fn write_sleep_control(&mut self, address: u32, value: u32) -> Result<()> {
         if value & SLEEPDEEP != 0 {
             // It would also stop the clocks of the peripherals.

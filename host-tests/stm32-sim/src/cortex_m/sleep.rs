@@ -7,7 +7,7 @@ use super::CortexM3;
 pub enum Sleep {
     /// WFI, or the end of the last handler with SLEEPONEXIT.
     Interrupt,
-    /// WFE.
+    /// WFE: the processor waits for an event.
     Event,
 }
 

@@ -11,7 +11,7 @@ const COUNTFLAG: u32 = 1 << 16;
 /// The width of the counter.
 const MASK: u32 = 0x00FF_FFFF;
 
-/// The system timer.
+/// The system timer: control, reload value and counter.
 #[derive(Clone, Debug, Default)]
 pub struct SysTick {
     control: u32,
@@ -25,7 +25,7 @@ pub struct SysTick {
 }
 
 impl SysTick {
-    /// State after reset.
+    /// The timer after a reset: off.
     pub fn new() -> Self {
         Self::default()
     }

@@ -71,9 +71,9 @@ pub struct Range {
 /// An end of all ranges.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum End {
-    /// The fastest values.
+    /// The fastest value of each range.
     Best,
-    /// The slowest values.
+    /// The slowest value of each range.
     Worst,
 }
 

@@ -26,7 +26,7 @@ const REFUSED: usize = 64;
 /// No branch has this target.
 const NONE: u32 = 1;
 
-/// SYST_CSR.
+/// The address of SYST_CSR.
 const SYSTICK_CONTROL: u32 = 0xE000_E010;
 
 /// The branches that were taken last.
@@ -120,7 +120,7 @@ impl Waiting {
         self.refused[place] = self.target;
     }
 
-    /// A register is read.
+    /// Notes that a register is read.
     pub fn read(&mut self, address: u32) {
         if let Some(place) = self.reads.get_mut(self.count) {
             *place = address;
@@ -130,7 +130,7 @@ impl Waiting {
 }
 
 impl CortexM3 {
-    /// A branch was taken.
+    /// Notes that a branch was taken.
     #[inline(always)]
     pub(super) fn note_branch(&mut self, after: u32) {
         if self.waiting.branch(self.next, after) {

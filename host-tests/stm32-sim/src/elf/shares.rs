@@ -16,7 +16,7 @@ pub enum Part {
     Libraries,
     /// The compiler's runtime, and the startup code.
     Runtime,
-    /// The vector table.
+    /// The vector table at the start of flash.
     Vectors,
     /// Constants that the compiler has merged or that have no name.
     Constants,
@@ -25,7 +25,7 @@ pub enum Part {
 }
 
 impl Part {
-    /// All parts.
+    /// All parts, in the order of tables.
     pub const ALL: [Self; 7] = [
         Self::Core,
         Self::Driver,
@@ -98,7 +98,7 @@ fn crates(name: &str) -> impl Iterator<Item = &str> {
     })
 }
 
-/// Bytes of each part.
+/// The bytes of flash and RAM of each part.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct Shares {
     flash: [u64; Part::ALL.len()],
@@ -118,12 +118,12 @@ impl Shares {
         shares
     }
 
-    /// Bytes of flash.
+    /// The bytes of a part in flash.
     pub fn flash(&self, part: Part) -> u64 {
         self.flash[part as usize]
     }
 
-    /// Bytes of static RAM.
+    /// The bytes of a part in static RAM.
     pub fn ram(&self, part: Part) -> u64 {
         self.ram[part as usize]
     }

@@ -49,9 +49,9 @@ impl Bits {
 pub(super) struct Control {
     /// The bits that keep the value that is written.
     pub writable: u32,
-    /// STRT.
+    /// The bit that starts an erase (STRT).
     pub start: u32,
-    /// LOCK.
+    /// The bit that locks the register (LOCK).
     pub lock: u32,
     /// The bits whose write is a violation, each with the reason.
     pub forbidden: &'static [(Bits, &'static str)],

@@ -48,24 +48,24 @@ impl Times {
 /// its instructions from flash, for [`duration`](Self::duration).
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Work {
-    /// Programs a unit.
+    /// Programs one unit of 8, 16 or 32 bits.
     Program {
-        /// The address.
+        /// The first address of the unit.
         address: u32,
         /// The size of the unit.
         width: Width,
         /// The resulting content: worn-out bits stay 1.
         value: u32,
-        /// The duration.
+        /// The time that the operation takes.
         duration: Picoseconds,
     },
     /// Erases a page or sector.
     Erase {
-        /// Its first address.
+        /// The first address of the page.
         page: u32,
-        /// Its size in bytes.
+        /// The size of the page in bytes.
         size: usize,
-        /// The duration.
+        /// The time that the operation takes.
         duration: Picoseconds,
     },
     /// An attempt that fails: the memory is faulty and does not change.

@@ -13,9 +13,8 @@ pub(super) struct Noted {
     pub(super) next_event: Option<u64>,
     /// The CAN controller is connected to the bus.
     pub(super) is_connected: bool,
-    /// What drives TXD.
+    /// What drives the pin TXD.
     pub(super) driver: Driver,
-    /// The LEDs.
     pub(super) leds: Leds,
 }
 

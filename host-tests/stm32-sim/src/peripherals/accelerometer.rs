@@ -19,7 +19,7 @@ impl Peripherals {
         }
     }
 
-    /// Updates SPI and accelerometer.
+    /// Moves SPI and accelerometer on to this cycle.
     pub(super) fn advance_spi(&mut self, cycle: u64) {
         if !self.spi.is_due(cycle) {
             return;

@@ -6,7 +6,7 @@ use crate::gpio::PinMode;
 use crate::timebase::Picoseconds;
 
 impl Peripherals {
-    /// Updates the converter.
+    /// Moves the converter on to this time.
     pub(super) fn advance_adc(&mut self, now: Picoseconds) {
         let (imu, reference) = (&mut self.imu, self.pwr.supply());
         self.adc

@@ -41,7 +41,7 @@ impl Rcc {
         self.stopped
     }
 
-    /// RCC_CIR.
+    /// The value of RCC_CIR.
     pub(super) fn interrupts(&self) -> u32 {
         if self.failure { FAILURE } else { 0 }
     }
@@ -53,7 +53,6 @@ impl Rcc {
         }
     }
 
-    /// The crystal stops now.
     pub(super) fn lose_crystal(&mut self) {
         self.crystal_broken = true;
         if self.hse.is_none() {

@@ -8,7 +8,7 @@ use crate::violation::Violations;
 const PLLCFGR_SOURCE: u32 = 1 << 22;
 
 impl Rcc {
-    /// SYSCLK in Hz.
+    /// The frequency of SYSCLK in Hz.
     pub fn sysclk(&self) -> u32 {
         match self.source {
             Source::Hsi => self.chip.facts().hsi,
@@ -40,7 +40,7 @@ impl Rcc {
         self.hclk() >> shift.saturating_sub(1)
     }
 
-    /// APB2 clock in Hz.
+    /// The frequency of APB2 in Hz.
     pub fn pclk2(&self) -> u32 {
         self.hclk() >> apb_shift(self.cfgr >> self.layout.apb2_at)
     }
@@ -87,7 +87,7 @@ impl Rcc {
         u64::from(self.oscillator_input()) * u64::from(self.pll_config >> 6 & 0x1FF)
     }
 
-    /// RCC_PLLCFGR (RM0390, section 6.3.2).
+    /// A write to RCC_PLLCFGR (RM0390, section 6.3.2).
     pub(super) fn write_pll(&mut self, value: u32, violations: &mut Violations) {
         if self.cr & super::PLL_ON != 0 {
             violations.add("RCC_PLLCFGR", "the PLL is set up while it runs");

@@ -5,7 +5,6 @@ use crate::chip::Chip;
 use crate::io::AccessError;
 use crate::violation::Violations;
 
-/// A register.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) enum Register {
     Cr,
@@ -19,7 +18,7 @@ pub(super) enum Register {
     Apb1Enable,
     Apb2Enable,
     Csr,
-    /// RCC_DCKCFGR.
+    /// RCC_DCKCFGR (STM32F446).
     DedicatedClocks,
 }
 
@@ -57,7 +56,7 @@ pub(super) struct Layout {
     pub(super) apb2_at: u32,
     /// The bits of the PLL in RCC_CFGR.
     pub(super) pll_bits_in_cfgr: u32,
-    /// RCC_PLLCFGR after a reset.
+    /// The value of RCC_PLLCFGR after a reset.
     pub(super) pll_reset: u32,
     /// RCC_AHBENR, or RCC_AHB1ENR, after a reset.
     pub(super) ahb_enable_reset: u32,
@@ -110,7 +109,7 @@ impl Layout {
     }
 }
 
-/// RM0008, section 7.3.
+/// The registers of the STM32F103 (RM0008, section 7.3).
 static F103: Layout = Layout {
     registers: &[
         (0x00, Register::Cr),
@@ -151,7 +150,7 @@ static F103: Layout = Layout {
     },
 };
 
-/// RM0390, section 6.3.
+/// The registers of the STM32F446 (RM0390, section 6.3).
 static F446: Layout = Layout {
     registers: &[
         (0x00, Register::Cr),

@@ -20,7 +20,7 @@ pub enum Dsp {
         n: Register,
         m: Register,
     },
-    /// QADD, QDADD, QSUB, QDSUB.
+    /// QADD, QDADD, QSUB, QDSUB: d = m + n or m - n, saturated; n can be doubled.
     Saturating {
         doubles: bool,
         subtracts: bool,
@@ -107,7 +107,7 @@ pub enum Dsp {
         m: Register,
         a: Option<Register>,
     },
-    /// SMLALxy.
+    /// SMLALxy: adds the product of two half-words to 64 bits.
     HalvesLong {
         n_top: bool,
         m_top: bool,
@@ -116,7 +116,7 @@ pub enum Dsp {
         n: Register,
         m: Register,
     },
-    /// SMLALD, SMLSLD.
+    /// SMLALD, SMLSLD: adds the sum or the difference of two products of half-words to 64 bits.
     DualLong {
         subtracts: bool,
         exchanges: bool,
@@ -125,7 +125,7 @@ pub enum Dsp {
         n: Register,
         m: Register,
     },
-    /// UMAAL.
+    /// UMAAL: high:low = n * m + high + low.
     AccumulateTwice {
         low: Register,
         high: Register,
@@ -139,32 +139,32 @@ pub enum Dsp {
 pub enum ParallelKind {
     /// S: signed, sets the GE bits.
     Signed,
-    /// Q: signed, saturated.
+    /// Q: signed, with saturated results.
     SignedSaturated,
-    /// SH: signed, halved.
+    /// SH: signed, with halved results.
     SignedHalved,
     /// U: unsigned, sets the GE bits.
     Unsigned,
-    /// UQ: unsigned, saturated.
+    /// UQ: unsigned, with saturated results.
     UnsignedSaturated,
-    /// UH: unsigned, halved.
+    /// UH: unsigned, with halved results.
     UnsignedHalved,
 }
 
 /// The sums and differences of a parallel operation.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum ParallelOp {
-    /// ADD16.
+    /// ADD16: two sums of half-words.
     Add16,
     /// ASX: exchanges the half-words of the second operand; the lower result is the difference, the upper one the sum.
     Asx,
     /// SAX: exchanges the half-words of the second operand; the lower result is the sum, the upper one the difference.
     Sax,
-    /// SUB16.
+    /// SUB16: two differences of half-words.
     Sub16,
-    /// ADD8.
+    /// ADD8: four sums of bytes.
     Add8,
-    /// SUB8.
+    /// SUB8: four differences of bytes.
     Sub8,
 }
 

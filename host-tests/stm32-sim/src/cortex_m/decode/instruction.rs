@@ -70,33 +70,33 @@ pub enum Instruction {
         m: Register,
         flags: SetFlags,
     },
-    /// MOVT.
+    /// MOVT: the upper half of d = value.
     MoveTop { d: Register, value: u16 },
     /// ADR: the word-aligned PC plus an offset.
     Address { d: Register, offset: i32 },
 
-    /// MUL.
+    /// MUL: d = n * m.
     Multiply {
         d: Register,
         n: Register,
         m: Register,
         flags: SetFlags,
     },
-    /// MLA.
+    /// MLA: d = a + n * m.
     MultiplyAdd {
         d: Register,
         n: Register,
         m: Register,
         a: Register,
     },
-    /// MLS.
+    /// MLS: d = a - n * m.
     MultiplySubtract {
         d: Register,
         n: Register,
         m: Register,
         a: Register,
     },
-    /// SMULL, UMULL, SMLAL, UMLAL.
+    /// SMULL, UMULL, SMLAL, UMLAL: high:low = n * m, or is increased by it.
     MultiplyLong {
         signed: bool,
         accumulate: bool,
@@ -105,7 +105,7 @@ pub enum Instruction {
         n: Register,
         m: Register,
     },
-    /// SDIV, UDIV.
+    /// SDIV, UDIV: d = n / m.
     Divide {
         signed: bool,
         d: Register,
@@ -121,7 +121,7 @@ pub enum Instruction {
         shift: Shift,
         amount: u8,
     },
-    /// SBFX, UBFX.
+    /// SBFX, UBFX: d = `width` bits of n from bit `lsb` on.
     BitFieldExtract {
         signed: bool,
         d: Register,
@@ -129,14 +129,14 @@ pub enum Instruction {
         lsb: u8,
         width: u8,
     },
-    /// BFI.
+    /// BFI: `width` bits of d from bit `lsb` on = the lowest bits of n.
     BitFieldInsert {
         d: Register,
         n: Register,
         lsb: u8,
         width: u8,
     },
-    /// BFC.
+    /// BFC: `width` bits of d from bit `lsb` on = 0.
     BitFieldClear { d: Register, lsb: u8, width: u8 },
     /// SXTB, SXTH, UXTB, UXTH, after a rotation to the right by this many bits.
     ExtendRegister {
@@ -152,7 +152,7 @@ pub enum Instruction {
         m: Register,
     },
 
-    /// Load, `[Rn, #offset]`.
+    /// Load from `[Rn, #offset]`, without write-back.
     LoadOffset {
         size: Size,
         t: Register,
@@ -181,7 +181,7 @@ pub enum Instruction {
         t: Register,
         offset: i16,
     },
-    /// Store, `[Rn, #offset]`.
+    /// Store to `[Rn, #offset]`, without write-back.
     StoreOffset {
         size: Size,
         t: Register,
@@ -204,7 +204,7 @@ pub enum Instruction {
         m: Register,
         shift: u8,
     },
-    /// LDRD.
+    /// LDRD: loads two registers from consecutive words.
     LoadDual {
         t: Register,
         t2: Register,
@@ -212,7 +212,7 @@ pub enum Instruction {
         index: Index,
         offset: i16,
     },
-    /// STRD.
+    /// STRD: stores two registers to consecutive words.
     StoreDual {
         t: Register,
         t2: Register,
@@ -227,21 +227,21 @@ pub enum Instruction {
         write_back: bool,
         list: u16,
     },
-    /// STM, STMDB, PUSH.
+    /// STM, STMDB, PUSH. Bit i of the list stands for register i.
     StoreMultiple {
         n: Register,
         kind: Multiple,
         write_back: bool,
         list: u16,
     },
-    /// LDREX, LDREXB, LDREXH.
+    /// LDREX, LDREXB, LDREXH: loads, and marks the access as exclusive.
     LoadExclusive {
         size: Size,
         t: Register,
         n: Register,
         offset: u16,
     },
-    /// STREX, STREXB, STREXH.
+    /// STREX, STREXB, STREXH: stores if the access is still exclusive; d = 0 if so, otherwise 1.
     StoreExclusive {
         size: Size,
         d: Register,
@@ -249,26 +249,26 @@ pub enum Instruction {
         n: Register,
         offset: u16,
     },
-    /// CLREX.
+    /// CLREX: ends an exclusive access.
     ClearExclusive,
 
-    /// B.
+    /// B: a branch without condition.
     Branch { offset: i32 },
     /// B with its own condition.
     BranchIf { condition: Condition, offset: i32 },
-    /// BL.
+    /// BL: a branch with the return address in LR.
     BranchLink { offset: i32 },
-    /// BX.
+    /// BX: a branch to the address in a register.
     BranchExchange { m: Register },
-    /// BLX.
+    /// BLX: a branch to the address in a register, with the return address in LR.
     BranchLinkExchange { m: Register },
-    /// MOV PC, Rm.
+    /// MOV PC, Rm: a branch to the address in a register.
     MoveToPc { m: Register },
-    /// ADD PC, Rm.
+    /// ADD PC, Rm: a branch by an offset in a register.
     AddToPc { m: Register },
-    /// CBZ, CBNZ.
+    /// CBZ, CBNZ: a branch if n is 0, or is not 0.
     CompareBranch { n: Register, zero: bool, offset: u8 },
-    /// TBB, TBH.
+    /// TBB, TBH: a branch by an offset from a table of bytes or half-words.
     TableBranch {
         n: Register,
         m: Register,
@@ -281,51 +281,51 @@ pub enum Instruction {
     Nop,
     /// DMB and DSB; ISB, which also refills the pipeline.
     Barrier { instructions: bool },
-    /// WFI.
+    /// WFI: sleeps until an interrupt.
     WaitForInterrupt,
-    /// WFE.
+    /// WFE: sleeps until an event or an interrupt.
     WaitForEvent,
-    /// SEV.
+    /// SEV: sets the event register.
     SendEvent,
-    /// CPSIE and CPSID.
+    /// CPSIE and CPSID: change PRIMASK and FAULTMASK.
     ChangeState {
         disable: bool,
         primask: bool,
         faultmask: bool,
     },
-    /// MRS.
+    /// MRS: d = a special register.
     MoveFromSpecial { d: Register, special: u8 },
-    /// MSR.
+    /// MSR: a special register = n.
     MoveToSpecial { n: Register, special: u8 },
-    /// SVC.
+    /// SVC: causes the exception SVCall.
     SupervisorCall,
-    /// BKPT.
+    /// BKPT with this number.
     Breakpoint(u8),
 
     /// An instruction of the DSP extension.
     Dsp(Dsp),
 
-    /// UNDEFINED by this rule.
+    /// The encoding is UNDEFINED by this rule.
     Undefined(Rule),
-    /// UNPREDICTABLE by this rule.
+    /// The encoding is UNPREDICTABLE by this rule.
     Unpredictable(Rule),
 }
 
 /// The permitted position of an instruction in an IT block.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum ItRule {
-    /// Any position.
+    /// Any position in an IT block, or outside.
     Anywhere,
     /// A branch: only as the last instruction.
     Last,
-    /// Not permitted.
+    /// Only outside of an IT block.
     Outside,
 }
 
-/// A decoded instruction.
+/// An instruction with its length and its place in IT blocks.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Decoded {
-    /// The instruction.
+    /// The instruction with its operands, or the rule that refuses it.
     pub instruction: Instruction,
     /// Its length in bytes, 2 or 4.
     pub length: u8,

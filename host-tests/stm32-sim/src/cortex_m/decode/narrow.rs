@@ -9,7 +9,7 @@ use super::{
     Table, anywhere, bit, bits, last, outside, refuse_if, register, should_be, signed, undefined,
 };
 
-/// Table A5-1.
+/// Decodes an instruction of 16 bits (table A5-1).
 pub fn decode(word: u32) -> Table {
     match bits(word, 10, 6) {
         0b00_0000..=0b00_1111 => immediate(word),

@@ -32,9 +32,9 @@ impl Register {
 /// Whether a data-processing instruction writes the flags.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum SetFlags {
-    /// It does not.
+    /// The flags stay as they are.
     No,
-    /// It does.
+    /// The flags are written.
     Yes,
     /// Most 16-bit instructions: only outside an IT block.
     OutsideIt,
@@ -50,42 +50,42 @@ impl SetFlags {
 /// The operation of a data-processing instruction on its first and second operand.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum DataOp {
-    /// Bitwise and.
+    /// The bitwise and of both.
     And,
     /// The first without the bits of the second.
     Bic,
-    /// Bitwise or.
+    /// The bitwise or of both.
     Orr,
     /// The first, or the complement of the second.
     Orn,
-    /// Exclusive or.
+    /// The exclusive or of both.
     Eor,
-    /// The second operand.
+    /// The second operand, unchanged.
     Mov,
     /// The complement of the second operand.
     Mvn,
-    /// Sum.
+    /// The sum of both.
     Add,
-    /// Sum with carry.
+    /// The sum of both and the carry.
     Adc,
-    /// Difference with borrow.
+    /// The first minus the second, with borrow.
     Sbc,
-    /// Difference.
+    /// The first minus the second.
     Sub,
     /// The second minus the first.
     Rsb,
 }
 
-/// The kinds of shift.
+/// How a register operand is shifted.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Shift {
-    /// Logical shift left.
+    /// LSL: logical shift left.
     Lsl,
-    /// Logical shift right.
+    /// LSR: logical shift right.
     Lsr,
-    /// Arithmetic shift right.
+    /// ASR: arithmetic shift right.
     Asr,
-    /// Rotate right.
+    /// ROR: rotate to the right.
     Ror,
     /// Rotate right by one through the carry.
     Rrx,
@@ -94,39 +94,39 @@ pub enum Shift {
 /// The carry of an immediate operand.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Carry {
-    /// Unchanged.
+    /// The carry stays as it is.
     Keep,
-    /// 0.
+    /// The carry becomes 0.
     Clear,
-    /// 1.
+    /// The carry becomes 1.
     Set,
 }
 
 /// The operand of SXTB and similar instructions.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Extend {
-    /// A signed byte.
+    /// SXTB: the lowest byte, sign-extended.
     SignedByte,
-    /// A signed half-word.
+    /// SXTH: the lowest half-word, sign-extended.
     SignedHalfWord,
-    /// An unsigned byte.
+    /// UXTB: the lowest byte, zero-extended.
     Byte,
-    /// An unsigned half-word.
+    /// UXTH: the lowest half-word, zero-extended.
     HalfWord,
 }
 
 /// Instructions that rearrange the bits of one register.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Rearrange {
-    /// REV.
+    /// REV: the bytes in the opposite order.
     ReverseBytes,
-    /// REV16.
+    /// REV16: the bytes of each half-word in the opposite order.
     ReverseBytesOfHalfWords,
-    /// REVSH.
+    /// REVSH: the two lowest bytes in the opposite order, sign-extended.
     ReverseSignedHalfWord,
-    /// RBIT.
+    /// RBIT: the bits in the opposite order.
     ReverseBits,
-    /// CLZ.
+    /// CLZ: the number of leading zeros.
     CountLeadingZeros,
 }
 
@@ -141,14 +141,14 @@ pub enum Size {
     HalfWord,
     /// 16 bits, sign-extended.
     SignedHalfWord,
-    /// 32 bits.
+    /// 32 bits: the whole register.
     Word,
 }
 
 /// The base register update of a load or store.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Index {
-    /// `[Rn, #offset]`: no write-back.
+    /// `[Rn, #offset]`: the base is not written back.
     Offset,
     /// `[Rn, #offset]!`: the address is written to the base.
     Pre,

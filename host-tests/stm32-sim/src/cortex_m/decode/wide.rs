@@ -4,7 +4,7 @@ use super::rule::Rule;
 use super::{Table, bit, bits, undefined};
 use super::{wide_branch, wide_data, wide_load_store, wide_register};
 
-/// Table A5-9.
+/// Decodes an instruction of 32 bits (table A5-9).
 pub fn decode(word: u32) -> Table {
     let op2 = bits(word, 20, 7);
     match (bits(word, 27, 2), op2 >> 5) {

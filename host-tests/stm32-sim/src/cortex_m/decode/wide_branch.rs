@@ -7,7 +7,7 @@ use super::{
     should_be, signed, undefined,
 };
 
-/// Table A5-13.
+/// Decodes branches and miscellaneous control (table A5-13).
 pub fn decode(word: u32) -> Table {
     match (bit(word, 14), bit(word, 12)) {
         (false, true) => last(Instruction::Branch { offset: far(word) }),

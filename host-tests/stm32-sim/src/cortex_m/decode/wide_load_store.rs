@@ -44,7 +44,7 @@ pub fn multiple(word: u32) -> Table {
     }
 }
 
-/// A5.3.6.
+/// LDRD, STRD, exclusive accesses and table branches (A5.3.6).
 pub fn dual_or_exclusive(word: u32) -> Table {
     let (op1, load) = (bits(word, 23, 2), bit(word, 20));
     match (op1, bit(word, 21)) {

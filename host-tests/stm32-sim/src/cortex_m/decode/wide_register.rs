@@ -7,7 +7,7 @@ use super::{
     Table, anywhere, bit, bits, refuse_if, refuse_sp_and_pc, register, should_be, undefined,
 };
 
-/// A5.3.12.
+/// Data processing with registers (A5.3.12).
 pub fn data_processing(word: u32) -> Table {
     if bits(word, 12, 4) != 0b1111 {
         return undefined(Rule::Unallocated);

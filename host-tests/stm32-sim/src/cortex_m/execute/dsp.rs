@@ -10,7 +10,6 @@ fn half(value: u32, top: bool) -> i64 {
     i64::from(half as i16)
 }
 
-/// Two half-words.
 fn pair(low: u32, high: u32) -> u32 {
     high << 16 | low & 0xFFFF
 }

@@ -7,7 +7,6 @@ use crate::io::{Io, Width};
 
 /// The bit-band alias of RAM: a word for each bit from 0x2000_0000 on.
 const RAM_BITS: std::ops::Range<u32> = 0x2200_0000..0x2400_0000;
-/// The peripherals.
 const PERIPHERALS: std::ops::Range<u32> = 0x4000_0000..0x4200_0000;
 /// The bit-band alias of the peripherals.
 const PERIPHERAL_BITS: std::ops::Range<u32> = 0x4200_0000..0x4400_0000;

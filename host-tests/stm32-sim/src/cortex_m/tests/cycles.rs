@@ -82,7 +82,6 @@ fn processor_for(place: u32, code: &[u16], wait_states: u8) -> CortexM3 {
     processor
 }
 
-/// Executes this many instructions.
 fn run(processor: &mut CortexM3, count: u64) {
     let end = processor.instructions() + count;
     while processor.instructions() < end {

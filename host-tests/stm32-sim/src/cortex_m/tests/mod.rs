@@ -12,9 +12,9 @@ mod waiting;
 use super::{CortexM3, Fault, FaultKind, MemorySizes, Model, Pause};
 use crate::io::{AccessError, Io, Width};
 
-/// Start address of programs.
+/// The start address of the programs.
 const CODE: u32 = 0x0800_0200;
-/// Initial stack pointer.
+/// The initial stack pointer.
 const STACK: u32 = 0x2000_1000;
 /// Base address of the handlers; each has 16 bytes.
 const HANDLERS: u32 = 0x0800_1000;
@@ -117,7 +117,6 @@ fn put_word(processor: &mut CortexM3, address: u32, word: u32) {
     assert!(processor.load(address, &word.to_le_bytes()));
 }
 
-/// Executes this many instructions.
 fn step(processor: &mut CortexM3, count: u64) {
     let end = processor.instructions() + count;
     while processor.instructions() < end {
@@ -141,7 +140,6 @@ fn read(processor: &mut CortexM3, address: u32) -> u32 {
         .expect("the register exists")
 }
 
-/// Enables an interrupt with a priority.
 fn enable(processor: &mut CortexM3, interrupt: u8, priority: u8) {
     let number = u32::from(interrupt);
     write(processor, 0xE000_E100 + number / 32 * 4, 1 << (number % 32));

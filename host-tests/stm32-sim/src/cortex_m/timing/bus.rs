@@ -11,9 +11,9 @@ use super::Cycles;
 /// The clocks of the buses: how many cycles of HCLK a cycle of PCLK1 and PCLK2 has.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Buses {
-    /// HCLK / PCLK1.
+    /// The ratio HCLK / PCLK1.
     pub apb1: u8,
-    /// HCLK / PCLK2.
+    /// The ratio HCLK / PCLK2.
     pub apb2: u8,
 }
 

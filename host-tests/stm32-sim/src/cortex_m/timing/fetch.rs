@@ -11,12 +11,12 @@ const NONE: u32 = 0xFFFF_FFF1;
 const LINE: u32 = 8;
 const WORD: u32 = 4;
 
-/// What FLASH_ACR selects.
+/// The timing of the flash as FLASH_ACR selects it.
 #[derive(Clone, Copy, PartialEq, Eq, Default, Debug)]
 pub struct FlashTiming {
     /// LATENCY: wait states of a read.
     pub wait_states: u8,
-    /// PRFTBE.
+    /// The prefetch buffer is on (PRFTBE).
     pub prefetch: bool,
 }
 
@@ -26,7 +26,7 @@ pub struct Fetch {
     flash: FlashTiming,
     /// The first address of the line or word that is executed.
     line: u32,
-    /// Its bytes.
+    /// The number of bytes in it.
     size: u32,
     /// When the next two lines have been read. The second is used only if the buffer is that far ahead.
     ready: [u64; 2],
@@ -71,7 +71,7 @@ impl Fetch {
         pc.wrapping_sub(self.line) <= self.size.wrapping_sub(length)
     }
 
-    /// A branch was taken.
+    /// Notes that a branch was taken: the next instruction is fetched.
     #[inline(always)]
     pub fn branch(&mut self, cycles: &Cycles) {
         if cycles.branch_discards_lines != 0 {
@@ -79,7 +79,7 @@ impl Fetch {
         }
     }
 
-    /// Forgets what was fetched.
+    /// Forgets what was fetched before.
     pub fn forget(&mut self) {
         self.line = NONE;
     }

@@ -32,7 +32,7 @@ fn exchange(bench: &mut Bench, byte: u8) -> u8 {
     bench.get(SPI2 + 0x0C, Width::Byte).unwrap() as u8
 }
 
-/// WHO_AM_I of the accelerometer.
+/// Reads WHO_AM_I of the accelerometer over the SPI.
 fn who_am_i(bench: &mut Bench) -> u8 {
     exchange(bench, 0x8F);
     exchange(bench, 0)

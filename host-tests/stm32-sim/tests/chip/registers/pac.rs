@@ -5,12 +5,11 @@ use std::collections::BTreeMap;
 use std::fs::read_to_string;
 use std::path::{Path, PathBuf};
 
-/// A register.
+/// A register of the peripheral access crate.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Register {
     /// Peripheral and register, for example `RCC.cr`.
     pub name: String,
-    /// Its address.
     pub address: u32,
     /// Its value after a reset.
     pub reset: u32,

@@ -25,11 +25,11 @@ use std::path::Path;
 use stm32_sim::cortex_m::Model;
 use stm32_sim::cortex_m::decode::instruction::Instruction;
 
-/// Programs that run.
+/// The number of programs that run.
 const PROGRAMS: usize = 6000;
 /// Single instructions, many of them branches.
 const SINGLES: usize = 6000;
-/// UNDEFINED words.
+/// The number of UNDEFINED words.
 const UNDEFINED: usize = 3000;
 const SEED: u64 = 0x0103_C8B1_0E51_11E5;
 

@@ -109,10 +109,10 @@ impl Random {
     }
 }
 
-/// An instruction as half-words.
+/// The half-words of an instruction.
 type Words = Vec<u16>;
 
-/// Makes the samples.
+/// Makes random instructions of each kind.
 pub struct Sampler {
     random: Random,
     processor: CortexM3,

@@ -1,7 +1,7 @@
 //! The sequences: instructions, code, how many of them execute, cycles at 0 and 2 wait states, and their derivation: the cycles of
 //! the instructions at 0 wait states, then what 2 wait states add.
 
-/// A sequence.
+/// Name, instructions, the number that execute, cycles at 0 and 2 wait states, derivation.
 type Case = (&'static str, &'static [u16], u64, [u64; 2], &'static str);
 
 #[rustfmt::skip]
