@@ -42,9 +42,9 @@ const HEADING: &str = "# Settings of a CAN inclination sensor, written by plumbl
 pub struct Backup {
     /// The sheet of the product.
     pub sheet: Sheet,
-    /// The order number.
+    /// The order number of the sensor.
     pub article: Option<String>,
-    /// The serial number.
+    /// The serial number of the sensor.
     pub serial: Option<u32>,
     /// The version of the firmware.
     pub firmware: Option<String>,

@@ -92,7 +92,7 @@ pub struct BootUps {
     seen: Vec<Seen>,
     /// The identifiers of other devices: their frames have the form of a boot-up message, with a changing Set-Parameter-ID.
     foreign: Vec<CanId>,
-    /// Other frames.
+    /// The number of other frames.
     others: u64,
 }
 
@@ -106,7 +106,7 @@ impl BootUps {
         messages
     }
 
-    /// Takes a received frame.
+    /// Takes a received frame: a boot-up message, or another frame.
     pub fn take(&mut self, at: Instant, frame: &Frame) {
         let Some(sensor) = boot_up(frame) else {
             self.others += 1;

@@ -35,7 +35,7 @@ const LATE: (u64, Duration) = (3, millis(1000));
 /// How long the messages of a sensor are listened to that sends by itself, and how many are sufficient to know their period.
 const LISTENS: (Duration, usize) = (millis(1100), 20);
 
-/// How a sensor sends.
+/// The kind of messages with angles.
 enum Kind {
     Fsc(Sensor),
     J1939(j1939::Sender),
@@ -54,7 +54,7 @@ pub struct Cyclic {
     count: Count,
 }
 
-/// A message with angles.
+/// A received message with angles.
 struct Message {
     at: Instant,
     numbers: Vec<Option<i64>>,

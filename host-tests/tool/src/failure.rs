@@ -30,22 +30,22 @@ impl Kind {
     }
 }
 
-/// A command that failed.
+/// The reason why a command failed.
 #[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
 #[error("{message}")]
 pub struct Failure {
-    /// Who refused.
+    /// Who or what has refused.
     pub kind: Kind,
     /// A short code for programs, for example `out-of-range`.
     pub code: &'static str,
-    /// One sentence for people.
+    /// What happened, as one sentence for people.
     pub message: String,
     /// The document of the command is printed, so this failure is not a second document.
     pub has_document: bool,
 }
 
 impl Failure {
-    /// The sensor refused.
+    /// The sensor has refused a request.
     pub fn refused(code: &'static str, message: impl Into<String>) -> Self {
         Self::new(Kind::Refused, code, message)
     }
@@ -55,7 +55,7 @@ impl Failure {
         Self::new(Kind::Usage, code, message)
     }
 
-    /// Nobody answers.
+    /// There is no answer in time.
     pub fn silent(code: &'static str, message: impl Into<String>) -> Self {
         Self::new(Kind::Silent, code, message)
     }

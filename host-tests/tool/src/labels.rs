@@ -25,7 +25,7 @@ const FOLDER: &str = "plumbline";
 /// The longest name, in characters.
 const LONGEST: usize = 60;
 
-/// The names of sensors.
+/// The names that users have given to sensors.
 #[derive(Clone, Debug, Default)]
 pub struct Labels {
     /// The file; None: this computer has no folder for it.
@@ -116,7 +116,7 @@ impl Labels {
         write_file(path, &format!("{HEADING}{}", self.makers))
     }
 
-    /// The file.
+    /// The file with the names; None: there is no folder for it.
     pub fn path(&self) -> Option<&Path> {
         self.path.as_deref()
     }

@@ -11,7 +11,7 @@ use std::process::ExitCode;
 use std::rc::Rc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// Ctrl-C was pressed.
+/// Set when the user presses Ctrl-C.
 static STOPPED: AtomicBool = AtomicBool::new(false);
 
 fn main() -> ExitCode {

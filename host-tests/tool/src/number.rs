@@ -19,9 +19,9 @@ use serde_json::{Number, Value, json};
 #[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
 #[error("{why}")]
 pub struct Wrong {
-    /// The code for programs.
+    /// A short code for programs.
     pub code: &'static str,
-    /// One sentence for people.
+    /// What is wrong, as one sentence for people.
     pub why: String,
 }
 
@@ -160,7 +160,6 @@ impl Entry {
         Ok(number as u32 & (u32::MAX >> (32 - 8 * size)))
     }
 
-    /// It cannot be written.
     pub(crate) fn read_only(&self) -> Wrong {
         let name = &self.name;
         let why = format!("{name} can only be read: `plumbline get {name}` shows it");

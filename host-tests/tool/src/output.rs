@@ -10,15 +10,15 @@ use std::rc::Rc;
 pub struct Progress<'a> {
     /// The steps that are done.
     pub done: usize,
-    /// All steps.
+    /// The number of all steps.
     pub total: usize,
-    /// What is done.
+    /// What is done, as text.
     pub text: &'a str,
 }
 
-/// A progress bar.
+/// A bar that shows the progress of a command.
 pub trait Bar {
-    /// Shows it.
+    /// Shows the bar in this state.
     fn show(&mut self, progress: Progress);
 
     /// Removes it, so that the terminal can show lines and questions.
@@ -32,7 +32,7 @@ pub trait Bar {
 pub struct Terminal<'a> {
     /// Prints documents instead of text.
     pub json: bool,
-    /// Standard output.
+    /// Results, on standard output.
     pub out: &'a mut dyn Write,
     /// Notes for people, on standard error.
     pub notes: &'a mut dyn Write,

@@ -19,7 +19,7 @@ const BROADCAST: Duration = millis(50);
 /// The longest wait without a check for Ctrl-C.
 const SLICE: Duration = millis(50);
 
-/// A sample.
+/// The numbers of all values at one time.
 #[derive(Clone, Debug)]
 pub struct Sample {
     /// The time since the first sample.
@@ -121,7 +121,6 @@ impl Sampler {
         })
     }
 
-    /// The values.
     pub(crate) fn entries(&self) -> Vec<Entry> {
         self.angles.iter().map(|(entry, _)| entry.clone()).collect()
     }
@@ -306,7 +305,7 @@ impl Sampler {
         Value::Object(document)
     }
 
-    /// A sample as a line.
+    /// A sample as a line of text.
     pub fn line(&self, session: &Session, sample: &Sample) -> String {
         let angles = self.angles.iter().zip(&sample.numbers);
         let mut parts: Vec<String> = angles

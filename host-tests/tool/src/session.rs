@@ -16,11 +16,11 @@ use plumbline::param::{DataType, ParameterId, number};
 /// The address of a sensor.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Target {
-    /// Function select codes.
+    /// A GEMAC sensor, with its identifiers.
     Fsc(Sensor),
-    /// A CANopen node.
+    /// A CANopen node, with its node-ID.
     Canopen(u8),
-    /// A DeviceNet slave.
+    /// A DeviceNet slave, with its MAC ID.
     Devicenet(Slave),
     /// A J1939 node, with its address. Its parameters are objects, as in CANopen.
     J1939(u8),
@@ -70,13 +70,13 @@ impl Target {
 /// The number of times a read is tried.
 const TRIES: u8 = 3;
 
-/// A session.
+/// The connection to a sensor.
 pub struct Session {
     /// The link to the bus.
     pub link: Link,
     /// The address of the sensor.
     pub target: Target,
-    /// Its sheet.
+    /// The entries of the sensor.
     pub sheet: Sheet,
     /// What the user must know at the end; see [`note`](Self::note).
     pub notes: Vec<String>,
@@ -384,7 +384,6 @@ fn short_string(bytes: &[u8]) -> &[u8] {
     }
 }
 
-/// The number in the bytes of an entry.
 fn raw_number(entry: &Entry, bytes: &[u8]) -> Result<u32, Failure> {
     let bytes = bytes.get(..usize::from(entry.data_type.size()));
     bytes.map(number).ok_or_else(|| unexpected(&entry.name))

@@ -24,28 +24,28 @@ pub enum Address {
     },
     /// An object of the dictionary.
     Object {
-        /// The index.
+        /// The index in the object dictionary.
         index: u16,
-        /// The sub-index.
+        /// The sub-index; 0 for an object without sub-indices.
         sub: u8,
     },
-    /// An attribute of DeviceNet.
+    /// An attribute of an object of DeviceNet.
     Attribute {
-        /// The class.
+        /// The class of the object.
         class: u8,
-        /// The instance.
+        /// The instance of the class.
         instance: u8,
-        /// The attribute.
+        /// The number of the attribute.
         attribute: u8,
     },
 }
 
-/// What an entry is.
+/// Where an entry comes from.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Origin {
     /// A parameter of the table.
     Parameter(ParameterId),
-    /// A published value.
+    /// A value that the sensor publishes.
     Value(ValueId),
     /// A fact about the device, for example its serial number.
     Fact,
@@ -60,7 +60,7 @@ pub enum Form {
     Decimal,
     /// A CAN identifier: bit 31 is the format.
     Identifier,
-    /// Hexadecimal.
+    /// The number in hexadecimal.
     Hexadecimal,
     /// A software version in binary-coded decimal: 0344h is 3.44.
     Version,
@@ -71,11 +71,11 @@ pub enum Form {
 pub struct Entry {
     /// The name on command lines, in files and documents.
     pub name: String,
-    /// The manual's name.
+    /// The name in the manual.
     pub title: String,
-    /// What it is.
+    /// Where the entry comes from.
     pub origin: Origin,
-    /// Where it is.
+    /// Where the number is in the sensor.
     pub address: Address,
     /// The type of the number.
     pub data_type: DataType,
@@ -83,17 +83,17 @@ pub struct Entry {
     pub scale: Scale,
     /// The form of the number.
     pub form: Form,
-    /// The permitted values.
+    /// The numbers that a write accepts.
     pub permitted: Permitted,
-    /// Names of numbers.
+    /// The names of particular numbers.
     pub meanings: &'static [Meaning],
     /// The factory value as a raw number.
     pub factory: Option<u32>,
     /// The node-ID is added to the factory value.
     pub node_relative: bool,
-    /// It can be read.
+    /// Whether a read is possible.
     pub readable: bool,
-    /// It can be written.
+    /// Whether a write is possible.
     pub writable: bool,
     /// It keeps its value after a power cycle.
     pub stored: bool,
@@ -104,7 +104,7 @@ pub struct Entry {
 /// The sheet of a product.
 #[derive(Clone, Debug)]
 pub struct Sheet {
-    /// The product.
+    /// The product that these are the entries of.
     pub product: &'static Product,
     /// The entries in the order of the tables.
     pub entries: Vec<Entry>,
@@ -143,7 +143,7 @@ impl Sheet {
         }
     }
 
-    /// The entry of a parameter.
+    /// The entry whose [`Origin`] is this parameter.
     pub fn parameter(&self, id: ParameterId) -> Option<&Entry> {
         let wanted = Origin::Parameter(id);
         self.entries.iter().find(|entry| entry.origin == wanted)
@@ -220,7 +220,7 @@ impl Sheet {
     }
 }
 
-/// The parameters of a constraint.
+/// The two parameters of a constraint.
 pub fn parameters(constraint: &Constraint) -> (ParameterId, ParameterId) {
     match *constraint {
         Constraint::Different(one, other) => (one, other),

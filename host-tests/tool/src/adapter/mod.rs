@@ -47,9 +47,9 @@ pub struct Capabilities {
     pub reports_errors: bool,
 }
 
-/// A CAN adapter.
+/// A CAN adapter: what the tool needs of each kind.
 pub trait Adapter {
-    /// What it can do.
+    /// What the adapter can do, before and after it is opened.
     fn capabilities(&self) -> Capabilities;
 
     /// Opens it at a bit rate, or at the bit rate of the interface. If it is open, closes it first.
@@ -74,7 +74,7 @@ pub trait Adapter {
     /// It has failed, or was unplugged.
     fn receive(&mut self, until: Instant) -> Result<Option<(Instant, Frame)>, Failure>;
 
-    /// The present time.
+    /// The present time of the clock of the received frames.
     fn now(&self) -> Instant;
 
     /// The bit rate at which it is open, if the tool has not set it and the interface tells it.

@@ -72,10 +72,10 @@ enum Clock {
     Bus(Instant),
 }
 
-/// An slcan adapter.
+/// An adapter with the protocol of slcan, over any stream.
 pub struct Slcan<S: Stream> {
     stream: S,
-    /// Its name for messages.
+    /// The name of the port, for messages.
     name: String,
     clock: Clock,
     /// The wait for the answer to a command.

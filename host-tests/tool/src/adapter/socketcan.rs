@@ -30,7 +30,7 @@ pub trait Interface {
     /// The interface does not exist or is down.
     fn open(&mut self) -> io::Result<()>;
 
-    /// Closes the socket.
+    /// Closes the socket, so that other programs can change the interface.
     fn close(&mut self);
 
     /// Sends a frame.
@@ -110,7 +110,7 @@ impl Interface for Kernel {
     }
 }
 
-/// A SocketCAN adapter.
+/// An adapter that Linux has as a network interface.
 pub struct SocketCan<I: Interface> {
     interface: I,
     name: String,

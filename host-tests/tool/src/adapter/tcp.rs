@@ -10,7 +10,7 @@ use std::time::Duration;
 /// The wait for a connection.
 const CONNECT: Duration = Duration::from_secs(3);
 
-/// A connection.
+/// A TCP connection that is read in the background.
 pub type Connection = Background<TcpStream>;
 
 /// Whether nothing came in time.

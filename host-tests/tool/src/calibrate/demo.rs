@@ -19,7 +19,7 @@ const PERIOD: Duration = Duration::from_millis(5);
 /// The offset of its accelerometer in g.
 const OFFSET: [f64; 3] = [0.012, -0.021, 0.034];
 
-/// The noise in g.
+/// The noise of each acceleration in g.
 const NOISE: f64 = 0.001;
 
 /// The attitude of the unit.

@@ -13,7 +13,7 @@ const TOLD: usize = 20;
 /// What happens. As a text, it is the note of a terminal.
 #[derive(Clone, Copy, Debug)]
 pub enum Step<'a> {
-    /// The log is started.
+    /// The log is started, and has no measurement yet.
     Waiting {
         /// Where the log comes from.
         source: &'a Source,
@@ -31,16 +31,16 @@ pub enum Step<'a> {
     },
     /// A measurement of the last 3 s that cannot be used as a position.
     Measured {
-        /// Why not.
+        /// Why it cannot be used.
         state: State,
-        /// The measurement.
+        /// The means of this time.
         average: Average,
     },
     /// A position is in the file.
     Taken {
         /// The side that is up.
         side: Side,
-        /// The file.
+        /// The file of the measurement.
         path: &'a Path,
     },
 }
@@ -48,13 +48,13 @@ pub enum Step<'a> {
 /// Whether the last 3 s can be taken.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub enum State {
-    /// They can.
+    /// The measurement can be used as a position.
     Ready,
-    /// The sensor moves.
+    /// The sensor moves, so the measurement is no mean at rest.
     Moves,
-    /// No side is up.
+    /// No side is up: the sensor is inclined.
     NoSide,
-    /// Another side is up.
+    /// Another side is up than that which is asked for.
     OtherSide {
         /// The side that is up.
         up: Side,
@@ -71,7 +71,7 @@ pub enum State {
 }
 
 impl State {
-    /// The name for programs.
+    /// The name of the state for programs, in documents.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Ready => "ready",
@@ -91,7 +91,7 @@ pub enum Question {
     Take {
         /// The side that is up.
         side: Side,
-        /// The measurement.
+        /// The means of the measurement.
         average: Average,
     },
     /// Whether a position is measured again; no ends the calibration.
@@ -103,7 +103,7 @@ pub enum Question {
 
 /// The interface that leads the user through the positions.
 pub trait Host {
-    /// Tells what happens.
+    /// Tells the user what happens.
     fn tell(&mut self, step: &Step);
 
     /// Asks, and waits for the answer; true means yes.
@@ -113,7 +113,7 @@ pub trait Host {
     fn is_stopped(&self) -> bool;
 }
 
-/// A terminal.
+/// Leads the user through the positions in a terminal.
 pub struct Asks<'a, 'b> {
     terminal: &'a mut Terminal<'b>,
     /// The state that was reported last, and the number of times it was seen since then.

@@ -20,11 +20,11 @@ use std::time::Duration;
 /// A raw acceleration and angular rate.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Sample {
-    /// In g.
+    /// The acceleration in g.
     pub acceleration: [f64; 3],
     /// In deg/s; 0 without a gyroscope.
     pub rate: [f64; 3],
-    /// In degC.
+    /// The temperature in degC.
     pub temperature: f64,
 }
 
@@ -33,7 +33,7 @@ pub struct Sample {
 pub enum Message {
     /// The serial number of the unit, at its start.
     Serial(u32),
-    /// One every 5 ms.
+    /// A reading, one every 5 ms.
     Sample(Sample),
 }
 

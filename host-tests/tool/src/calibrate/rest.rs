@@ -22,11 +22,11 @@ const HORIZONTAL: f64 = 0.385;
 /// The mean of the last samples.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Average {
-    /// The acceleration in g.
+    /// The mean acceleration in g.
     pub acceleration: [f64; 3],
     /// The angular rate in deg/s.
     pub rate: [f64; 3],
-    /// The temperature in degC.
+    /// The mean temperature in degC.
     pub temperature: f64,
     /// The difference of the largest and the smallest mean of 0.3 s, in g, of the axis with the largest one.
     pub spread: f64,
@@ -50,14 +50,14 @@ impl Average {
     }
 }
 
-/// The last samples.
+/// The samples of the last seconds.
 #[derive(Clone, Debug, Default)]
 pub struct Window {
     samples: VecDeque<Sample>,
 }
 
 impl Window {
-    /// Adds a sample.
+    /// Adds a sample; the oldest one goes if the window is full.
     pub fn push(&mut self, sample: Sample) {
         if self.samples.len() == WINDOW {
             self.samples.pop_front();
@@ -65,7 +65,7 @@ impl Window {
         self.samples.push_back(sample);
     }
 
-    /// Forgets all samples.
+    /// Forgets all samples, for example after a gap.
     pub fn clear(&mut self) {
         self.samples.clear();
     }

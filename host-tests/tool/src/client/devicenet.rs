@@ -26,9 +26,9 @@ const LONGEST: usize = 1024;
 /// An attribute, or an instance of a class for other services.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Path {
-    /// The class.
+    /// The class of the object.
     pub class: u8,
-    /// The instance.
+    /// The instance; 0 is the class itself.
     pub instance: u8,
 }
 
@@ -39,7 +39,7 @@ pub enum Response {
     Done(Vec<u8>),
     /// The general and the additional error code.
     Refused(u8, u8),
-    /// Nobody answers.
+    /// There is no answer in time.
     Silent,
 }
 

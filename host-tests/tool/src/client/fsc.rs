@@ -25,23 +25,23 @@ pub const SAVED: Duration = millis(3000);
 /// The number of times a request that changes nothing is sent.
 const TRIES: u8 = 3;
 
-/// A sensor.
+/// The identifiers of a GEMAC sensor.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Sensor {
-    /// Its Set-Parameter-ID in force.
+    /// The Set-Parameter-ID in force, for requests.
     pub request: CanId,
     /// Its Reply-Parameter-ID in force; None: any other identifier.
     pub reply: Option<CanId>,
 }
 
-/// A reply.
+/// A reply to a request.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Reply {
-    /// Its identifier.
+    /// The identifier of the frame.
     pub id: CanId,
-    /// The status byte.
+    /// The status byte (byte 1).
     pub status: u8,
-    /// The data behind it.
+    /// The bytes after the status byte.
     pub data: Vec<u8>,
 }
 

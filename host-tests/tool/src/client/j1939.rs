@@ -42,7 +42,7 @@ pub enum Answer {
     Data(Vec<u8>),
     /// The node does not support it, or cannot send it now.
     Refused,
-    /// Nobody answers.
+    /// There is no answer in time.
     Silent,
 }
 

@@ -79,7 +79,7 @@ impl Link {
         std::mem::replace(&mut self.is_ending, is_ending)
     }
 
-    /// The adapter.
+    /// The adapter of the link.
     pub fn adapter(&mut self) -> &mut dyn Adapter {
         self.adapter.as_mut()
     }
@@ -186,7 +186,7 @@ impl Link {
         &self.sent
     }
 
-    /// The present time.
+    /// The present time of the adapter.
     pub fn now(&self) -> Instant {
         self.adapter.now()
     }

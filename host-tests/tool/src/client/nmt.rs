@@ -15,18 +15,18 @@ pub use plumbline::canopen::nmt::Command;
 use plumbline::param::number;
 use plumbline::time::{Duration, millis};
 
-/// Start remote node.
+/// The NMT command "start remote node".
 pub const START: Command = Command::Enter(nmt::State::Operational);
 
-/// Enter pre-operational.
+/// The NMT command "enter pre-operational".
 pub const ENTER_PRE_OPERATIONAL: Command = Command::Enter(nmt::State::PreOperational);
 
 /// The state of a node.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum State {
-    /// It sends PDOs.
+    /// The node sends PDOs.
     Operational,
-    /// Any other.
+    /// Any other state, or not known.
     Other,
 }
 

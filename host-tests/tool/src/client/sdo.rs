@@ -46,11 +46,11 @@ const TRIES: u8 = 3;
 /// An answer of the server.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub enum Answer<T> {
-    /// The transfer is done.
+    /// The transfer is complete.
     Done(T),
     /// The server aborted the transfer with this code.
     Aborted(u32),
-    /// Nobody answers.
+    /// There is no answer in time.
     Silent,
 }
 
@@ -120,10 +120,10 @@ enum Reply {
     Address(Identifier),
 }
 
-/// An SDO server.
+/// The SDO server of a node, and how long to wait for it.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Server {
-    /// Its node.
+    /// The node, and how it is addressed.
     pub peer: Peer,
     /// The wait for each answer.
     pub time: Duration,

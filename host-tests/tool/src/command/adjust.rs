@@ -13,7 +13,6 @@ use serde_json::{Map, Value, json};
 /// The reference that the present position becomes.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) enum What {
-    /// The zero point.
     Zero,
     /// The reference frame of the machine.
     Teach,

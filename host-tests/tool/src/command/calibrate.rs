@@ -44,14 +44,14 @@ const PAUSE: Duration = Duration::from_secs(10);
 /// The samples between two checks of the window: 0.5 s.
 const LOOK: usize = 100;
 
-/// The unit.
+/// The unit whose calibration is computed.
 #[derive(Clone, Copy, Debug)]
 pub struct Unit<'a> {
     /// The name of its product.
     pub product: Option<&'a str>,
-    /// Its serial number.
+    /// The serial number; another unit ignores the calibration.
     pub serial: Option<u32>,
-    /// Its store file.
+    /// The store file into which the calibration is written.
     pub store: Option<&'a Path>,
 }
 
@@ -77,7 +77,7 @@ pub(super) fn calibrate(
 /// A calibration that is computed, and written if there is a store file.
 pub struct Done {
     calibration: Calibration,
-    /// What to do next.
+    /// What the user must do next, as text.
     pub next: String,
 }
 
@@ -141,7 +141,7 @@ pub fn run(
     Ok(Done { calibration, next })
 }
 
-/// Leads through the positions.
+/// Leads the user through the positions.
 struct Guide {
     log: Log,
     window: Window,
@@ -293,7 +293,6 @@ impl Guide {
         }
     }
 
-    /// The next sample.
     fn sample(
         &mut self,
         measurement: &mut Measurement,

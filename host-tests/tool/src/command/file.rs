@@ -1,4 +1,4 @@
-//! `backup`, and `set --file`.
+//! The commands `backup` and `set --file`.
 
 use super::{replaced, set};
 use crate::backup::{Backup, write_file};

@@ -29,7 +29,7 @@ const TRIES: u8 = 3;
 /// Where the identity is written.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Into<'a> {
-    /// A sheet of values.
+    /// The sheet that is written.
     pub output: Option<&'a Path>,
     /// The store file of the new unit.
     pub store: Option<&'a Path>,

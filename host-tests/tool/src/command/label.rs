@@ -9,11 +9,8 @@ use serde_json::json;
 /// What to do with the name.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) enum Change<'a> {
-    /// Show it.
     Show,
-    /// Give this one.
     Give(&'a str),
-    /// Take it away.
     Remove,
 }
 

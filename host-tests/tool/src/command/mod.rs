@@ -1,4 +1,4 @@
-//! The commands.
+//! The commands of the tool, one file for each.
 
 mod address;
 mod adjust;
@@ -53,7 +53,7 @@ pub struct Sensor {
     pub expected: Option<Identity>,
     /// Its address after the command, also if that has failed. None: it was not found.
     pub target: Option<Target>,
-    /// What was heard before.
+    /// What an earlier scan has heard.
     pub memory: scan::Memory,
 }
 

@@ -1,4 +1,4 @@
-//! `parameters` and `get`.
+//! The commands `parameters` and `get`.
 
 use crate::failure::Failure;
 use crate::output::Terminal;
@@ -78,7 +78,6 @@ pub(super) struct Shown {
     pub json: Value,
 }
 
-/// Reads an entry.
 pub(super) fn show(session: &mut Session, entry: &Entry) -> Result<Shown, Failure> {
     if entry.data_type == DataType::Text {
         let bytes = session.read_bytes(entry)?;

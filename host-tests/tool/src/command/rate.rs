@@ -35,7 +35,6 @@ const IDENTITY: u16 = 0x1018;
 /// The unconfigured node-ID: the sensor restarts without one.
 const UNCONFIGURED: u32 = plumbline::canopen::lss::UNCONFIGURED as u32;
 
-/// Changes the bit rate.
 pub(super) fn rate(
     session: &mut Session,
     found: &Found,

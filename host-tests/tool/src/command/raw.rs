@@ -104,7 +104,6 @@ fn wrong_length(what: &str, code: u32, mut data: Vec<u8>, length: usize) -> Fail
     Failure::refused("refused", message)
 }
 
-/// Bytes as hexadecimal text.
 fn joined(bytes: &[u8], between: &str) -> String {
     let bytes: Vec<String> = bytes.iter().map(|byte| format!("{byte:02X}")).collect();
     bytes.join(between)

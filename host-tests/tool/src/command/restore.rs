@@ -90,7 +90,6 @@ fn read(session: &mut Session, path: &Path) -> Result<Backup, Failure> {
     Ok(backup)
 }
 
-/// The differences as lines.
 fn show(differences: &[Difference], terminal: &mut Terminal) -> Result<(), Failure> {
     let names = differences.iter().map(|one| one.entry.name.len());
     let width = names.max().unwrap_or(0);
@@ -109,7 +108,6 @@ fn show(differences: &[Difference], terminal: &mut Terminal) -> Result<(), Failu
     Ok(())
 }
 
-/// The differences as a document.
 fn document(differences: &[Difference]) -> Value {
     let rows = differences.iter().map(|one| {
         (

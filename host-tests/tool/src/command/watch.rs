@@ -50,11 +50,11 @@ pub(super) fn checked(seconds: Option<f64>) -> Result<Option<Duration>, Failure>
 /// When the samples come, and how many.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Pace {
-    /// The period in ms.
+    /// The period of the samples in ms.
     every: u32,
     /// The sensor sends them by itself.
     is_cyclic: bool,
-    /// The end.
+    /// The time after which it ends.
     seconds: Option<Duration>,
 }
 
@@ -130,7 +130,6 @@ pub(super) fn samples(
     Ok(sampler)
 }
 
-/// Polls the angles.
 fn polled(
     session: &mut Session,
     sampler: &mut Sampler,

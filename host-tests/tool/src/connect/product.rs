@@ -113,7 +113,6 @@ fn article(found: &Found) -> &str {
     found.article.as_deref().unwrap_or("unknown")
 }
 
-/// The products that fit.
 fn names(found: &Found) -> String {
     let names: Vec<&str> = found.products.iter().map(|product| product.name).collect();
     names.join(" or ")

@@ -15,11 +15,11 @@ use plumbline::model::catalog::Product;
 /// Where the sensor is, as far as the user says.
 #[derive(Clone, Debug, Default)]
 pub struct Wanted {
-    /// The bit rate.
+    /// The bit rate of the options; None: the tool finds it.
     pub rate: Option<BitRate>,
-    /// The address.
+    /// The address of the options; None: the only sensor on the bus.
     pub target: Option<Target>,
-    /// The product.
+    /// The product of the options, which the tool need not find out.
     pub product: Option<&'static Product>,
     /// The sheet of a device that is not in the catalogue; then `product` is the product of the sheet.
     pub sheet: Option<Sheet>,
@@ -27,11 +27,11 @@ pub struct Wanted {
     pub labels: Labels,
     /// A DeviceNet slave of another master is only listened to. Otherwise it is refused.
     pub listens: bool,
-    /// Which sensor must answer.
+    /// The sensor that must answer; another one is refused.
     pub expected: Option<Identity>,
     /// All questions are answered with yes on the command line. That does not tell which of several products the sensor is.
     pub all_yes: bool,
-    /// What was heard before.
+    /// What an earlier scan has heard.
     pub memory: Memory,
 }
 
@@ -73,7 +73,6 @@ pub fn target(
     }
 }
 
-/// The number of an option is no address.
 fn no_address(option: &str, number: u8, why: &str) -> Failure {
     let message = format!(
         "{option} {number}: {why}; `plumbline scan` shows the addresses of the sensors on the bus"

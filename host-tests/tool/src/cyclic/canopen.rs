@@ -36,7 +36,7 @@ pub(super) struct Pdo {
     before: Option<Before>,
 }
 
-/// What is put back.
+/// The settings before, which are put back.
 struct Before {
     tpdo: Tpdo,
     with_mapping: bool,

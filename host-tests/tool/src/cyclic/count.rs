@@ -117,7 +117,6 @@ impl Grid {
 }
 
 impl Count {
-    /// No value yet.
     pub(super) fn new(every: Option<Duration>, start: Instant) -> Self {
         Self {
             every,

@@ -207,7 +207,6 @@ impl Io {
         Ok(())
     }
 
-    /// Releases the poll connection.
     pub(super) fn stop(&mut self, session: &mut Session) -> Result<(), Failure> {
         match self.polls.take() {
             Some(_) => self.slave.release_poll(&mut session.link),

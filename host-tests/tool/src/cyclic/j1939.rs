@@ -15,7 +15,7 @@ use crate::sheet::Entry;
 use plumbline::can::Frame;
 use plumbline::time::{Duration, Instant, after};
 
-/// The sensor.
+/// The sensor whose process data is received.
 #[derive(Debug)]
 pub(super) struct Sender {
     address: u8,

@@ -11,13 +11,13 @@ use std::collections::BTreeMap;
 pub struct Commissioning {
     /// The name of the file.
     pub file: String,
-    /// The node-ID.
+    /// The node-ID that the file gives the device.
     pub node: u8,
     /// The name of the sensor.
     pub name: String,
-    /// The bit rate.
+    /// The bit rate that the file gives the device.
     pub rate: Option<BitRate>,
-    /// The serial number.
+    /// The serial number of the device in the file.
     pub serial: Option<u32>,
 }
 

@@ -8,13 +8,13 @@ use serde_json::{Value, json};
 /// A sensor that has answered.
 #[derive(Clone, Debug)]
 pub struct Found {
-    /// Its address.
+    /// The protocol and the address of the sensor.
     pub target: Target,
     /// The products that it can be; empty for a foreign device.
     pub products: Vec<&'static Product>,
     /// The order number, or what is known of it.
     pub article: Option<String>,
-    /// The serial number.
+    /// The serial number of the sensor.
     pub serial: Option<u32>,
     /// The version of the firmware.
     pub firmware: Option<String>,

@@ -5,7 +5,7 @@ use super::Wrong;
 /// The scale of a number: value = number x multiplier / 10^decimals, in the unit.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Scale {
-    /// The multiplier.
+    /// The number is multiplied by this.
     pub multiplier: i64,
     /// Digits after the decimal point.
     pub decimals: u8,
@@ -14,7 +14,7 @@ pub struct Scale {
 }
 
 impl Scale {
-    /// A number without unit.
+    /// A number without unit and decimals.
     pub const PLAIN: Self = Self {
         multiplier: 1,
         decimals: 0,

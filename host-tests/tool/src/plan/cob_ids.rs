@@ -11,11 +11,11 @@ use std::collections::BTreeSet;
 struct Pdo {
     cob_id: Option<Entry>,
     count: Option<Entry>,
-    /// The wanted COB-ID.
+    /// The wanted COB-ID, if it changes.
     wanted: Option<u32>,
     /// The wanted number of mapped objects.
     wanted_count: Option<u32>,
-    /// The wanted mapped objects.
+    /// The wanted mapped objects, by sub-index.
     entries: Values,
     /// The wanted inhibit time and SYNC start value.
     settings: Values,

@@ -39,13 +39,13 @@ use schedule::Schedule;
 /// The options of a scan.
 #[derive(Clone, Debug, Default)]
 pub struct Options {
-    /// Only this rate.
+    /// Only this bit rate; None: all.
     pub rate: Option<BitRate>,
     /// Ask at a silent bus without a question.
     pub active: bool,
     /// Ask for GEMAC sensors at all identifiers of 11 bits.
     pub search: bool,
-    /// What was heard before.
+    /// What an earlier scan has heard.
     pub memory: Memory,
 }
 
@@ -239,7 +239,6 @@ fn asked(link: &mut Link, target: Target, most: usize) -> Result<Option<Row>, Fa
     Ok(None)
 }
 
-/// Says what was sent.
 fn report(link: &Link, terminal: &mut Terminal) {
     if link.sent().is_empty() {
         terminal.note(match link.takes_part() {

@@ -74,7 +74,7 @@ impl Sign {
 
 /// A node that the frames show.
 pub struct Sighting {
-    /// Its row.
+    /// The row of the list.
     pub row: Row,
     /// Its address, if it can be asked and no other device uses its identifiers.
     pub target: Option<Target>,

@@ -36,7 +36,7 @@ const LATE: Duration = millis(50);
 /// The first group of J1939 that is sent to all nodes, without its data page.
 const BROADCAST: u32 = 0xF000;
 
-/// A node.
+/// The node that sends process data.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) enum Node {
     /// A GEMAC sensor in cyclic mode with this Reply-Parameter-ID.

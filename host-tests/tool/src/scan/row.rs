@@ -12,9 +12,9 @@ use serde_json::{Number, Value, json};
 /// A sensor, or a node that is only known from its frames.
 #[derive(Clone, Debug)]
 pub enum Row {
-    /// It has answered.
+    /// A sensor that has answered.
     Found(Found),
-    /// It was heard only.
+    /// A node whose frames were heard.
     Heard(Heard),
 }
 
@@ -25,11 +25,11 @@ pub struct Heard {
     pub protocol: &'static str,
     /// The address as text; None: the frames do not tell it.
     pub address: Option<String>,
-    /// The serial number.
+    /// The serial number, if the frames contain it.
     pub serial: Option<u32>,
     /// What the frames tell besides: its maker, or which frames have shown it.
     pub text: Option<String>,
-    /// What has shown it.
+    /// The frames that have shown it.
     pub by: By,
 }
 
@@ -43,7 +43,7 @@ pub enum By {
     Cyclic {
         /// The identifier of the frames.
         reply: CanId,
-        /// The identifier for requests.
+        /// The identifier for requests, if it is known.
         request: Option<CanId>,
     },
     /// I/O messages of DeviceNet: another master owns it.
@@ -74,7 +74,6 @@ impl Row {
         }
     }
 
-    /// Protocol and address.
     pub(super) fn address(&self) -> (&'static str, Option<String>) {
         match self {
             Self::Found(found) => (found.protocol(), Some(found.target.address())),
@@ -124,7 +123,6 @@ impl Row {
         }
     }
 
-    /// Whether it has answered.
     fn is_answer(&self) -> bool {
         match self {
             Self::Found(_) => true,
@@ -215,7 +213,6 @@ fn option(protocol: &str) -> &'static str {
     }
 }
 
-/// A rate in kbit/s.
 pub(crate) fn kbits(rate: BitRate) -> Value {
     let bits = rate.bits_per_second();
     if bits.is_multiple_of(1000) {
@@ -261,7 +258,7 @@ impl Rows {
         Ok(())
     }
 
-    /// As a document.
+    /// The result as a document for programs.
     pub fn json(&self) -> Value {
         self.rows.iter().map(|row| row.json(self.rate)).collect()
     }

@@ -59,7 +59,7 @@ impl Step {
     }
 }
 
-/// The steps.
+/// The steps of a scan, which follow from the options.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Schedule {
     /// The steps in their order.

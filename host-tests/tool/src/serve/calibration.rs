@@ -28,11 +28,11 @@ const EXAMPLE: &str =
 /// The unit of the command line.
 #[derive(Clone, Debug)]
 pub struct Unit {
-    /// The measurement.
+    /// The file of the measurement.
     pub file: PathBuf,
-    /// Its store file.
+    /// The store file into which the calibration is written.
     pub store: Option<PathBuf>,
-    /// Its serial number.
+    /// The serial number of the unit.
     pub serial: Option<u32>,
     /// The name of its product.
     pub product: Option<String>,
@@ -253,7 +253,7 @@ struct Page {
     hub: Arc<Hub>,
     shared: Arc<Mutex<Shared>>,
     answers: Receiver<Answer>,
-    /// What the page shows.
+    /// The document that the page shows.
     document: Value,
     notes: Vec<String>,
 }

@@ -27,7 +27,7 @@ const ACTIONS: usize = 100;
 /// An event as bytes of the stream.
 pub type Event = Arc<str>;
 
-/// The kinds of events.
+/// The kinds of events that a tab can receive.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
 pub enum Kind {
     /// The connection: port, rate, mode, frames per second, errors.
@@ -36,7 +36,7 @@ pub enum Kind {
     Device,
     /// The values of all parameters, or null.
     Values,
-    /// Rows of samples.
+    /// Rows of samples, which follow each other.
     Samples,
     /// The names of the active bits of the status.
     Condition,
@@ -44,7 +44,7 @@ pub enum Kind {
     Frames,
     /// What the last scan has found.
     Found,
-    /// The data sheets.
+    /// The data sheets that the user has opened.
     Sheets,
     /// The calibration of a unit.
     Calibration,

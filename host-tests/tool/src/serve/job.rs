@@ -26,9 +26,9 @@ pub struct Start {
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Part {
-    /// Only listen.
+    /// Receive frames, and send nothing.
     Listen,
-    /// Talk to a sensor.
+    /// Send requests to a sensor.
     Active,
 }
 
@@ -36,12 +36,12 @@ pub enum Part {
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Connect {
-    /// The port.
+    /// The port of the adapter.
     pub port: String,
-    /// The rate in kbit/s.
+    /// The bit rate in kbit/s; None: the tool finds it.
     #[serde(default)]
     pub rate: Option<f64>,
-    /// How.
+    /// Whether something is sent.
     pub mode: Part,
     /// The protocol of the address.
     #[serde(default)]
@@ -115,16 +115,16 @@ impl Connect {
     }
 }
 
-/// A job.
+/// What the worker is asked to do.
 #[derive(Debug)]
 pub enum Task {
-    /// Connect.
+    /// Connect to a bus or to a sensor.
     Connect(Connect),
-    /// Close the adapter.
+    /// Close the adapter, so that other programs can use it.
     Disconnect,
     /// Find sensors at a port.
     Scan {
-        /// The port.
+        /// The port of the adapter.
         port: String,
         /// The command with its options.
         words: Words,
@@ -139,7 +139,7 @@ pub enum Task {
     Backup,
     /// Write the settings of a file that differ.
     Restore {
-        /// The file.
+        /// The content of the file.
         text: String,
         /// Its name, for the line.
         name: String,
@@ -154,14 +154,14 @@ pub enum Task {
     For {
         /// The number that the page has.
         sensor: Option<u64>,
-        /// What to do.
+        /// The job for that sensor.
         task: Box<Task>,
     },
 }
 
 /// A job with the place for its answer.
 pub struct Job {
-    /// What to do.
+    /// The job to do.
     pub task: Task,
     /// The channel for the answer. If it is closed, nobody waits for the answer.
     pub reply: oneshot::Sender<Result<Value, Failure>>,

@@ -17,7 +17,7 @@ pub struct Shared {
     opened: Option<Opened>,
     /// A command that closes the adapter leaves it open like this.
     kept: Option<Opened>,
-    /// Its frames.
+    /// The copy of the received and sent frames.
     pub tap: Tap,
 }
 

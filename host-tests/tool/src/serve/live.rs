@@ -25,7 +25,7 @@ const SILENT: Duration = millis(500);
 /// The pause between two reads of the error register.
 const CONDITION: Duration = millis(1000);
 
-/// The error register.
+/// The object with the error register.
 const ERROR_REGISTER: Address = Address::Object {
     index: 0x1001,
     sub: 0,
@@ -48,7 +48,7 @@ const STREAK: u32 = 3;
 
 /// A session with its samples.
 pub struct Live {
-    /// The session.
+    /// The session with the sensor.
     pub session: Session,
     /// What the sensor has told.
     pub found: Found,
@@ -278,7 +278,6 @@ impl Live {
         }
     }
 
-    /// Publishes the samples.
     fn flush(&mut self, hub: &Hub) {
         if self.rows.is_empty() {
             return;

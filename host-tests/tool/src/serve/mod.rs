@@ -56,7 +56,7 @@ pub const DEMO: &str = "demo:is2";
 /// The pause between two checks for Ctrl-C.
 const STOP: Duration = Duration::from_millis(20);
 
-/// What to serve.
+/// What the server offers, and where.
 #[derive(Clone, Debug)]
 pub struct Settings {
     /// Where to listen. Port 0 takes a free port.
@@ -128,7 +128,7 @@ impl Server {
         })
     }
 
-    /// Where it listens.
+    /// The address at which the server listens.
     pub fn address(&self) -> SocketAddr {
         self.address
     }

@@ -20,14 +20,14 @@ pub const LONGEST: usize = 1 << 20;
 /// The beginning of a key.
 const KEY: &str = "eds:";
 
-/// A data sheet.
+/// A data sheet that the user has opened.
 #[derive(Debug)]
 pub struct Kept {
-    /// Its key.
+    /// The key by which the page refers to it.
     pub key: String,
     /// The name of the file, as the user knows it.
     pub name: String,
-    /// The sheet.
+    /// The entries of the data sheet.
     pub sheet: Sheet,
     /// The copy of the file.
     file: NamedTempFile,

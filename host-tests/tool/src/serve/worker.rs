@@ -43,7 +43,7 @@ enum State {
     Active(Box<Live>),
 }
 
-/// The worker.
+/// The thread that has the adapter and performs the jobs.
 pub struct Worker {
     jobs: Receiver<Job>,
     hub: Arc<Hub>,
@@ -51,7 +51,7 @@ pub struct Worker {
     stop: Arc<AtomicBool>,
     /// The folder with the names of sensors; None: the folder of the user.
     pub(super) config: Option<PathBuf>,
-    /// The data sheets.
+    /// The data sheets that the user has opened.
     pub(super) sheets: Arc<Sheets>,
     /// The data sheet of the sensor.
     sheet: Option<Arc<Kept>>,
@@ -72,7 +72,7 @@ pub struct Worker {
     samples: u32,
     /// The line of the running command.
     busy: Option<String>,
-    /// Why the connection ended.
+    /// Why the connection ended, for the page.
     error: Option<String>,
     status: Reported,
 }

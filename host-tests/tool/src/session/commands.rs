@@ -13,7 +13,7 @@ use plumbline::fsc::table::{Function, Operation};
 use plumbline::model::catalog::Protocol;
 use plumbline::model::listing;
 
-/// What follows if [`Session::loads_at_restart`].
+/// What follows if [`Session::loads_at_restart`] is true.
 const AT_RESTART: &str = "factory values, including node-ID and bit rate, take effect after a restart; then `save` stores them";
 
 impl Session {

@@ -29,7 +29,7 @@ mod wire;
 
 pub use device::{Layout, NusbDevice, Port, connect, ports};
 
-/// The requests.
+/// The requests to the control endpoint.
 mod request {
     pub const HOST_FORMAT: u8 = 0;
     pub const BITTIMING: u8 = 1;
@@ -38,10 +38,10 @@ mod request {
     pub const GET_STATE: u8 = 14;
 }
 
-/// The first channel.
+/// The first channel of the adapter, the only one that is used.
 const CHANNEL: u16 = 0;
 
-/// The value of HOST_FORMAT.
+/// The value of HOST_FORMAT for this byte order.
 const LITTLE_ENDIAN: u32 = 0x0000_BEEF;
 
 /// Frames that wait in the adapter. Small adapters have room for about 60.
@@ -95,10 +95,10 @@ pub trait Usb {
     fn read(&mut self, timeout: Duration) -> io::Result<Option<Vec<u8>>>;
 }
 
-/// A gs_usb adapter.
+/// An adapter with the protocol of gs_usb (candleLight and others).
 pub struct GsUsb<U: Usb> {
     usb: U,
-    /// Its name for messages.
+    /// The name of the port, for messages.
     name: String,
     start: time::Instant,
     constants: Constants,

@@ -15,9 +15,9 @@ pub struct BitTiming {
     pub prescaler: u32,
     /// Propagation segment and phase segment 1.
     pub segment_1: u32,
-    /// Phase segment 2.
+    /// Phase segment 2, in time quanta.
     pub segment_2: u32,
-    /// The jump width.
+    /// The synchronization jump width, in time quanta.
     pub jump: u32,
 }
 

@@ -25,11 +25,11 @@ pub const GET_STATE: u32 = 1 << 13;
 /// The echo number of a received frame.
 const RECEIVED: u32 = 0xFFFF_FFFF;
 
-/// Bits of the identifier.
+/// Bits of the identifier in a transfer.
 const REMOTE: u32 = 1 << 30;
 const ERROR: u32 = 1 << 29;
 
-/// Flags of a frame.
+/// Flags of a frame in a transfer.
 const OVERRUN: u8 = 1 << 0;
 const FLEXIBLE: u8 = 1 << 1;
 
@@ -44,7 +44,7 @@ const ACTIVE: u8 = 1 << 6;
 /// What an adapter is able to do.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Constants {
-    /// The features.
+    /// The features of the adapter, as bits.
     pub features: u32,
     /// The clock of the bit timing in Hz.
     pub clock: u32,
@@ -96,7 +96,7 @@ impl Constants {
 pub enum Received {
     /// A frame on the bus. Overrun: frames before it were lost.
     Frame {
-        /// The frame.
+        /// Identifier and data of the frame.
         frame: Frame,
         /// Frames before it were lost.
         is_overrun: bool,

@@ -22,7 +22,7 @@ pub(super) enum Line {
     Done,
     /// A frame, also a damaged one.
     Frame,
-    /// A frame was sent.
+    /// The answer to a frame that was sent.
     Sent,
     /// The answer to `V`, `v`, `N` or `F`.
     Told,
@@ -32,7 +32,7 @@ pub(super) enum Line {
     Piece,
     /// The time of the bus, if the adapter has it.
     Time,
-    /// No adapter says this.
+    /// A line that no slcan adapter sends.
     Foreign,
 }
 

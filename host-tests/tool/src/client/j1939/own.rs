@@ -57,7 +57,6 @@ impl Own {
         Self { claim }
     }
 
-    /// Address Claimed.
     pub(super) fn claim(&self) -> Frame {
         self.claim.frame()
     }

@@ -17,7 +17,7 @@ use plumbline::j1939::transport::{Control, PACKET, Packet, Reason, T1, T2};
 /// A message that was announced.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Opening {
-    /// Its group.
+    /// The parameter group of the message.
     pub pgn: Pgn,
     source: u8,
     size: usize,
@@ -51,7 +51,6 @@ impl Opening {
     }
 }
 
-/// A TP.CM frame.
 fn control(control: Control, pgn: Pgn, destination: u8, own: u8) -> Frame {
     Packet::control(destination, control, pgn).frame(own)
 }

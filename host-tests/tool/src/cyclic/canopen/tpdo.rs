@@ -44,13 +44,13 @@ pub(super) const TRIES: u8 = 3;
 /// A TPDO as it is set.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub(super) struct Tpdo {
-    /// Its number, from 0.
+    /// The number of the TPDO, from 0.
     pub(super) number: u16,
     pub(super) cob_id: u32,
     pub(super) kind: u8,
     pub(super) inhibit: Option<u16>,
     pub(super) timer: Option<u16>,
-    /// The number of objects.
+    /// The number of mapped objects.
     pub(super) count: u8,
     pub(super) objects: Vec<u32>,
 }

@@ -15,23 +15,19 @@ use std::sync::atomic::Ordering;
 /// The maximum number of samples per second.
 const MOST_SAMPLES: u32 = 1000;
 
-/// A request without arguments.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Nothing {}
 
-/// Connects.
 pub(super) async fn connect(State(app): State<Arc<App>>, body: Bytes) -> Answer {
     work(&app, Task::Connect(parse(&body)?)).await
 }
 
-/// Closes the adapter.
 pub(super) async fn disconnect(State(app): State<Arc<App>>, body: Bytes) -> Answer {
     let Nothing {} = parse(&body)?;
     work(&app, Task::Disconnect).await
 }
 
-/// Stops the running command.
 pub(super) async fn stop(State(app): State<Arc<App>>, body: Bytes) -> Answer {
     let Nothing {} = parse(&body)?;
     app.stop.store(true, Ordering::Relaxed);
@@ -53,7 +49,6 @@ struct Scan {
     yes: Vec<String>,
 }
 
-/// Finds sensors.
 pub(super) async fn scan(State(app): State<Arc<App>>, body: Bytes) -> Answer {
     let scan: Scan = parse(&body)?;
     let mut words = vec!["--port".to_owned(), scan.port.clone()];
@@ -206,7 +201,6 @@ pub(super) async fn samples(State(app): State<Arc<App>>, body: Bytes) -> Answer 
     work(&app, Task::Samples(per_second)).await
 }
 
-/// Reads all settings.
 pub(super) async fn backup(State(app): State<Arc<App>>, headers: HeaderMap, body: Bytes) -> Answer {
     let Nothing {} = parse(&body)?;
     on_sensor(&app, &headers, Task::Backup).await

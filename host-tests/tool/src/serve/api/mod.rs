@@ -59,23 +59,23 @@ pub const LONGEST: usize = 3 << 20;
 /// The header with the number of the sensor that the page shows: `connection` of the event `device`.
 const SENSOR: &str = "x-plumbline-sensor";
 
-/// What all requests share.
+/// What the handlers of all requests share.
 pub struct App {
     /// The jobs of the worker.
     pub jobs: Sender<Job>,
-    /// The tabs.
+    /// The open tabs of browsers.
     pub hub: Arc<Hub>,
-    /// Stops the running command.
+    /// Stops the running command when it is set.
     pub stop: Arc<AtomicBool>,
     /// What the page offers first.
     pub start: Start,
-    /// The secret.
+    /// The secret that each request must contain.
     pub token: String,
     /// The address of the server.
     pub address: SocketAddr,
     /// The calibration of a unit.
     pub calibration: Arc<Calibration>,
-    /// The data sheets.
+    /// The data sheets that the user has opened.
     pub sheets: Arc<Sheets>,
     /// The store file of the command line.
     pub store: Option<PathBuf>,
@@ -83,9 +83,9 @@ pub struct App {
 
 /// The answer to a request that failed.
 pub struct Refusal {
-    /// The status of HTTP.
+    /// The status code of HTTP.
     pub status: StatusCode,
-    /// Why.
+    /// The failure that the page shows.
     pub failure: Failure,
 }
 

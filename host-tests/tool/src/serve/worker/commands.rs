@@ -319,7 +319,6 @@ impl Worker {
     }
 }
 
-/// Texts as words.
 fn words<const N: usize>(texts: [&str; N]) -> Words {
     texts.map(str::to_owned).to_vec()
 }

@@ -12,7 +12,7 @@ use std::time::Instant;
 /// The pause between two checks of the errors of the adapter, in the time of the bus.
 const ERRORS: time::Duration = millis(1000);
 
-/// What was reported last.
+/// The status that was reported last.
 pub(super) struct Reported {
     pub(super) at: Instant,
     pub(super) frames: u64,

@@ -72,7 +72,7 @@ pub(super) struct Asked {
     words: Words,
     questions: Vec<String>,
     since: Instant,
-    /// What was heard.
+    /// What the scan has heard.
     pub(super) memory: Memory,
 }
 

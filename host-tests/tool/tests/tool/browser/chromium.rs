@@ -32,7 +32,7 @@ const NEWEST: &str = "(document.querySelector('#log-rows li')?.textContent ?? ''
 /// How often the start of the browser is tried.
 const STARTS: usize = 3;
 
-/// A browser.
+/// Chromium with one page, driven by chromedriver.
 pub struct Browser {
     runtime: Runtime,
     client: Option<Client>,
@@ -88,7 +88,6 @@ fn is_of_the_moment(error: &CmdError) -> bool {
     is_covered || error.is_stale_element_reference() || error.is_element_not_interactable()
 }
 
-/// A command of Chromium.
 #[derive(Debug)]
 struct Vendor {
     path: &'static str,
@@ -141,7 +140,6 @@ impl Browser {
         Some(started.unwrap_or_else(|error| panic!("{error}")))
     }
 
-    /// Starts chromedriver and Chromium.
     fn started() -> Result<Self, String> {
         let (driver, port) = Driver::start()?;
         let profile = tempfile::tempdir().expect("a folder");
@@ -190,7 +188,6 @@ impl Browser {
         self.wait("document.getElementById('rate')?.options.length > 10");
     }
 
-    /// Opens another address.
     pub fn go(&self, url: &str) {
         let went = self.runtime.block_on(self.client().goto(url));
         went.unwrap_or_else(|error| panic!("{error}"));
@@ -205,13 +202,13 @@ impl Browser {
         run.unwrap_or_else(|error| panic!("{script}: {error}"))
     }
 
-    /// The value of an expression.
+    /// The value of a JavaScript expression.
     #[track_caller]
     pub fn value(&self, expression: &str) -> Value {
         self.script(&format!("return {expression}"))
     }
 
-    /// The text of an expression.
+    /// The value of a JavaScript expression as text.
     #[track_caller]
     pub fn text(&self, expression: &str) -> String {
         match self.value(expression) {

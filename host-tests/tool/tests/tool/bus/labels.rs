@@ -5,7 +5,6 @@ use super::rig::{PRODUCTS, Rig};
 use serde_json::{Value, json};
 use std::path::PathBuf;
 
-/// A new folder for names.
 fn folder(name: &str) -> PathBuf {
     let folder = file(&format!("labels-{name}"));
     let _ = std::fs::remove_dir_all(&folder);

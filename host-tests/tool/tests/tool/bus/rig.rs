@@ -56,7 +56,7 @@ pub fn file(name: &str) -> PathBuf {
     path
 }
 
-/// A bus.
+/// A simulated bus with sensors, and the tool at it.
 pub struct Rig {
     pub bus: SharedBus,
     witness: AdapterId,
@@ -138,7 +138,6 @@ pub struct Ended {
 }
 
 impl Rig {
-    /// An empty bus.
     pub fn new(rate: BusRate) -> Self {
         let mut bus = Bus::new(rate);
         let witness = bus.adapter();
@@ -209,7 +208,7 @@ impl Rig {
         id
     }
 
-    /// The first sensor.
+    /// The sensor that was attached first.
     pub fn first(&self) -> DeviceId {
         self.devices[0]
     }

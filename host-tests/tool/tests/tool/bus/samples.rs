@@ -1,4 +1,4 @@
-//! `watch`, `record` and `log`.
+//! The commands `watch`, `record` and `log`.
 
 use super::rig::{PRODUCTS, Rig, file};
 use plumbline::can::{BitRate, Frame, extended, standard};

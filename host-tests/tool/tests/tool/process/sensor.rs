@@ -12,7 +12,7 @@ use virtual_sensor::server::{Clock, Events, Server, tcp};
 
 /// A virtual sensor in a thread, which ends with its test.
 pub struct Sensor {
-    /// Its port.
+    /// The port for `--port`.
     pub port: String,
     /// The path of its serial port, if there is one.
     pub serial: Option<String>,

@@ -101,7 +101,7 @@ impl Board {
         asked["question"].as_u64().expect("a number")
     }
 
-    /// Waits for the end.
+    /// Waits for the end of the calibration.
     #[track_caller]
     fn end(&mut self, state: &str) -> Value {
         self.tab.wait("calibration", |own| own["state"] == state)

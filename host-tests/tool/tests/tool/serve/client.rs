@@ -39,7 +39,7 @@ pub struct Running {
     sensor: Mutex<Option<u64>>,
 }
 
-/// An answer.
+/// The answer to a request.
 #[derive(Debug)]
 pub struct Answer {
     pub status: u16,
@@ -48,7 +48,6 @@ pub struct Answer {
 }
 
 impl Answer {
-    /// The body as JSON.
     #[track_caller]
     pub fn json(&self) -> Value {
         serde_json::from_str(&self.body).unwrap_or_else(|error| panic!("{error}: {self:?}"))
@@ -236,7 +235,7 @@ impl Running {
         self.request(&format!("POST {path}"), &headers, body)
     }
 
-    /// A tab.
+    /// Opens the stream of events, as a tab does.
     pub fn tab(&self) -> Tab {
         let mut stream = TcpStream::connect(self.address).expect("a connection");
         stream.set_read_timeout(Some(PATIENCE)).expect("a time");
@@ -280,7 +279,7 @@ impl Drop for Running {
     }
 }
 
-/// A stream of events.
+/// The stream of events of a tab.
 pub struct Tab {
     pub status: u16,
     reader: BufReader<TcpStream>,

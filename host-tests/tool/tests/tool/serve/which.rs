@@ -18,7 +18,7 @@ struct Bus {
     is_other: AtomicBool,
     /// No sensor is plugged in.
     is_empty: AtomicBool,
-    /// Another device sends.
+    /// Another device sends frames.
     is_busy: AtomicBool,
     /// The adapter needs a bit rate.
     needs_rate: bool,

@@ -105,7 +105,7 @@ impl Board {
         std::fs::rename(&part, &self.position).expect("a file");
     }
 
-    /// Turns the unit.
+    /// Turns the unit so that this side is up.
     pub fn turn(&self, side: &str) {
         self.print(&log(self.serial, side, self.temperature));
     }

@@ -47,7 +47,6 @@ fn stored_cyclic_mode_goes_on_after_a_power_cycle_with_the_lost_samples() {
     assert!(ended.notes.contains("started again"), "{}", ended.notes);
 }
 
-/// An IMS360 in J1939.
 fn ims360() -> Rig {
     let mut rig = Rig::with("ims360");
     rig.done("--node 50 raw 3100:1=01");
