@@ -32,7 +32,7 @@ type Vector = [f64; 3];
 pub struct Side {
     /// The vertical axis: 0 is x, 1 is y, 2 is z.
     pub axis: usize,
-    /// The axis points up.
+    /// The axis points up, otherwise down.
     pub up: bool,
 }
 

@@ -56,7 +56,7 @@ impl Motion for Ramp {
 
 /// How a product tells its angle about Y.
 pub struct Product {
-    /// Its name.
+    /// The name of the product in the catalogue.
     pub name: &'static str,
     /// The start of the ramp in s: the sensor is on-line, and its parameters are written.
     ready: f64,
@@ -130,7 +130,7 @@ const TILTIX080: Product = Product {
 
 /// A product with some parameters.
 pub struct Setting {
-    /// The product.
+    /// The product that is set.
     pub product: &'static Product,
     /// The requests that write the parameters.
     writes: &'static [&'static str],
@@ -158,7 +158,7 @@ const fn setting(
 /// Without a low-pass: the delay of the path.
 pub const OFF: Setting = setting(&IMS360, &["632#2F10310100000000"], 16.7);
 
-/// The Kalman filter.
+/// The Kalman filter as delivered.
 pub const FUSION: Setting = setting(&IMS360, &["632#2F10310201000000"], fusion::LAG as f64 / 1e3);
 
 /// All settings whose delays are measured.

@@ -31,7 +31,7 @@ const ACTIONS_MAX: usize = 64;
 
 /// A stream of bytes; zeros after its end.
 pub trait Source {
-    /// The next byte.
+    /// The next byte of the stream.
     fn byte(&mut self) -> u8;
 
     /// A number of `N` bytes.
@@ -46,7 +46,6 @@ impl<I: Iterator<Item = u8>> Source for I {
     }
 }
 
-/// Up to eight bytes.
 fn bytes(source: &mut impl Source) -> Vec<u8> {
     let length = source.byte() % 9;
     (0..length).map(|_| source.byte()).collect()
@@ -90,13 +89,13 @@ pub struct Sensor {
     /// The permitted contents of the memory: the parameters of the last confirmed save and of the saves after it. Unknown after a
     /// flipped bit.
     known: Option<Vec<Option<Vec<u8>>>>,
-    /// Restarts so far.
+    /// The number of restarts so far.
     pub restarts: u64,
-    /// Power cuts so far.
+    /// The number of power cuts so far.
     pub power_cuts: u64,
-    /// Confirmed saves so far.
+    /// The number of saves so far that the sensor has confirmed.
     pub saves: u64,
-    /// Frames sent so far.
+    /// The number of frames that the sensor has sent so far.
     pub sent: u64,
     /// Claims sent so far in J1939.
     pub claims: u64,

@@ -20,15 +20,15 @@ pub fn folder() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../core/src/model/ims360/plots")
 }
 
-/// A plot.
+/// A plot as a file.
 pub struct Plot {
     /// The name of its file.
     pub file: String,
-    /// The SVG document.
+    /// The content of the file, an SVG document.
     pub svg: String,
 }
 
-/// All plots.
+/// The plots of all motions.
 pub fn plots() -> Vec<Plot> {
     let plot = |motion: &Motion| Plot {
         file: format!("{}.svg", motion.name),

@@ -55,7 +55,7 @@ impl Filter {
     }
 }
 
-/// Level, then inclined.
+/// A sensor that is level, then inclined.
 struct Tipped;
 
 impl Motion for Tipped {

@@ -6,7 +6,7 @@ use plumbline::model::catalog::Product;
 use plumbline::store::{Owner, Store, Unit, crc32};
 use std::path::Path;
 
-/// The store in a file.
+/// The store of a unit in a file.
 type FileStore = Store<Flash, STORE_BUFFER>;
 
 /// Writes the calibration of a unit into its store file. Parameters and identity in it do not change.
@@ -28,7 +28,7 @@ pub fn identify(product: &Product, unit: &Unit, path: &Path) -> Result<(), Strin
     change(owner, path, |store| store.identify(unit))
 }
 
-/// Performs a save.
+/// Opens the store in a file, performs a save, and writes it.
 fn change(owner: Owner, path: &Path, save: impl FnOnce(&mut FileStore)) -> Result<(), String> {
     let text = |error| format!("cannot use the store {}: {error}", path.display());
     let length = path.metadata().map_or(0, |file| file.len());

@@ -52,7 +52,7 @@ use plumbline::can::{BitRate, Frame};
 use plumbline::time::{Duration, Instant, millis};
 use std::fmt;
 
-/// A parsed trace.
+/// A trace that was read from its file.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Trace {
     /// The source of the trace.
@@ -65,7 +65,7 @@ pub struct Trace {
     pub bit_rate: Option<BitRate>,
     /// The maximum time error of a frame.
     pub tolerance: Duration,
-    /// The serial number.
+    /// The serial number of the sensor.
     pub serial: u32,
     /// Frames, and actions between them.
     pub steps: Vec<Step>,
@@ -107,7 +107,7 @@ pub enum What {
     CorruptNewest,
     /// Programming and erasing of nonvolatile memory fails, or works again.
     FailWrites(bool),
-    /// A new scene.
+    /// The sensor moves as in this scene from now on.
     Scene(String),
     /// The maximum time error of the frames after this line.
     Tolerance(Duration),
@@ -130,7 +130,7 @@ impl Trace {
 pub struct TraceError {
     /// The number of the line, from 1; 0 when a line is missing.
     pub line: usize,
-    /// The error.
+    /// What is wrong in the line.
     pub message: String,
 }
 

@@ -35,7 +35,7 @@ struct Vibration(Rc<Cell<State>>);
 
 #[derive(Clone, Copy, Default)]
 struct State {
-    /// The amplitude in g.
+    /// The amplitude of the acceleration in g.
     amplitude: f64,
     /// The frequency in Hz. The phase continues when it changes.
     frequency: f64,

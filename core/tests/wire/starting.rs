@@ -39,7 +39,6 @@ fn ims360() -> Tester<Ims360> {
     tester
 }
 
-/// An IMS360 in J1939.
 fn j1939() -> Tester<Ims360> {
     let mut tester = ims360::booted();
     select(&mut tester);

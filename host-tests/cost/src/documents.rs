@@ -6,7 +6,7 @@ use std::path::Path;
 
 /// The end of the line before a table.
 const BEGIN: &str = "written by cargo run --release --bin cost -- --record -->\n";
-/// The line behind it.
+/// The line after a table.
 const END: &str = "<!-- end -->";
 
 /// The model whose figures are in the README of the project.

@@ -42,11 +42,11 @@ pub enum CostError {
     /// The firmware has violated the reference manual.
     #[error("{model}: {count} violations, the first: {first}")]
     Violations {
-        /// The model.
+        /// The product that runs.
         model: &'static str,
-        /// The number of violations.
+        /// The number of violations in the whole scenario.
         count: usize,
-        /// The first violation.
+        /// The first violation, as text.
         first: String,
     },
     /// A part has static RAM without a row.

@@ -44,9 +44,9 @@ const HALF_WORD: u64 = 70_000;
 /// The messages whose answers have a limit.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Messages {
-    /// All requests and SYNC.
+    /// All requests of the protocol, and SYNC.
     All,
-    /// Polls only.
+    /// Polls, but no other requests.
     Polls,
 }
 

@@ -56,7 +56,7 @@ pub struct Filter {
 pub enum Step {
     /// It has a reply of one frame.
     Asked(Message),
-    /// It has no reply.
+    /// The sensor does not reply to it.
     Told(Message),
 }
 
@@ -78,7 +78,7 @@ pub struct Service {
 pub struct J1939 {
     /// Requests of the other protocol. The last one restarts the sensor, which claims its address.
     pub change: &'static [Message],
-    /// Switches process data off.
+    /// Switches the process data off.
     pub off: Message,
     /// Switches SSI2 on, every 10 ms.
     pub on: Message,
@@ -107,9 +107,9 @@ pub struct Protocol {
     pub connection: &'static [Message],
     /// The identifier of frames that report faults, which are not replies.
     pub emergency: Option<u16>,
-    /// Requests the inclination.
+    /// Requests the inclination, the most frequent request.
     pub read: Message,
-    /// Writes a parameter.
+    /// Writes a parameter to RAM.
     pub write: Message,
     /// The first bytes of its reply that tell it from other replies.
     pub read_code: usize,
@@ -117,7 +117,7 @@ pub struct Protocol {
     pub sync: Message,
     /// The first bytes of its reply that tell it from other frames of this identifier.
     pub sync_code: usize,
-    /// Each filter.
+    /// All filters of the product.
     pub filters: &'static [Filter],
     /// Sets the filter with the longest computing time.
     pub slowest_filter: Message,
@@ -127,9 +127,9 @@ pub struct Protocol {
     pub services: &'static [Service],
     /// The messages of J1939, if the product has this protocol as well.
     pub j1939: Option<&'static J1939>,
-    /// Switches cyclic mode on.
+    /// Switches cyclic mode on; more than one message if it has settings.
     pub cyclic: &'static [Message],
-    /// Switches cyclic mode off.
+    /// Switches cyclic mode off again.
     pub not_cyclic: Message,
     /// Settings for a start at 1 Mbit/s, recovery from bus-off, and the activity during a save.
     pub set_up: &'static [Message],
@@ -137,7 +137,7 @@ pub struct Protocol {
     pub saves: &'static [Message],
     /// The time from the answer to the end of a save that begins later.
     pub saves_later: Duration,
-    /// Loads the factory values.
+    /// Loads the factory values of all parameters.
     pub load: Message,
     /// Restarts the sensor; the boot-up messages follow.
     pub restart: Message,
@@ -152,7 +152,7 @@ pub struct MeasuredProduct {
     pub board: Board,
     /// Its name, and that of its image.
     pub name: &'static str,
-    /// Its protocol.
+    /// The messages of its protocol.
     pub protocol: &'static Protocol,
     /// The times of its answers are measured also against saves and boot: products with CANopen, and one with FSC, which has two axes
     /// and no heater.

@@ -27,32 +27,32 @@ pub struct Recorded(BTreeMap<String, BTreeMap<String, u64>>);
 /// A figure that is not as recorded.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Complaint {
-    /// The model.
+    /// The product whose figure differs.
     pub model: String,
     /// The key of the row.
     pub row: String,
-    /// The difference.
+    /// How the figure differs from the recorded one.
     pub fault: Fault,
 }
 
-/// The possible differences.
+/// How a measured figure can differ from the recorded one.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Fault {
-    /// The figure grew.
+    /// The figure is larger than the recorded one.
     Grew {
-        /// The measured figure.
+        /// The figure that was measured now.
         figure: u64,
-        /// The recorded figure.
+        /// The figure in `figures.toml`.
         recorded: u64,
     },
     /// The figure is not recorded.
     NotRecorded(
-        /// The measured figure.
+        /// The figure that was measured now.
         u64,
     ),
     /// The recorded figure is not measured any more.
     NotMeasured(
-        /// The recorded figure.
+        /// The figure in `figures.toml`.
         u64,
     ),
 }

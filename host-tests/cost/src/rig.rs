@@ -51,7 +51,7 @@ impl Motion for Tumble {
 /// The same motion with a changing temperature: first it is 6 K below the set point of the heater, then it rises and falls around the set
 /// point, so that the regulator changes the duty in each period.
 pub struct Warming {
-    /// In 0.01 degC.
+    /// The set point of the heater in 0.01 degC.
     pub set_point: i16,
     /// From this time on, the temperature rises and falls.
     pub swings: Instant,
@@ -107,7 +107,7 @@ impl Rig {
         }
     }
 
-    /// The bus.
+    /// The bus with the sensor and the tester.
     pub fn bus(&mut self) -> &mut Bus {
         &mut self.bus
     }
@@ -170,7 +170,7 @@ impl Rig {
             .map_or_else(|| "unknown".to_owned(), |(name, _)| short(name))
     }
 
-    /// The microcontroller.
+    /// The simulated microcontroller of the sensor.
     pub fn controller(&self) -> &Microcontroller {
         Microcontroller::of(self.bus.device(self.device)).expect("it was attached as one")
     }
@@ -180,7 +180,7 @@ impl Rig {
         self.controller().core().instructions()
     }
 
-    /// Runs for this time.
+    /// Runs the bus and the sensor for this simulated time.
     pub fn run(&mut self, time: Duration) {
         let until = after(self.bus.now(), time);
         self.bus.run_until(until);
@@ -198,7 +198,7 @@ impl Rig {
         Ok(())
     }
 
-    /// Sends a message.
+    /// Sends a message of the tester.
     pub fn send(&mut self, message: Message) {
         self.bus.send(self.tester, message.frame());
     }

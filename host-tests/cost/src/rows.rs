@@ -7,11 +7,11 @@ use std::fmt;
 pub enum Unit {
     /// Bytes of flash or RAM.
     Bytes,
-    /// Instructions executed.
+    /// Instructions that the processor executed.
     Instructions,
-    /// Nanoseconds of simulated time.
+    /// Simulated time in nanoseconds.
     Nanoseconds,
-    /// A number of saves.
+    /// The number of saves until a page must be erased.
     Saves,
 }
 
@@ -26,7 +26,7 @@ pub struct Row {
     pub unit: Unit,
     /// True if its figure is recorded, and may not grow unnoticed.
     pub guard: bool,
-    /// What is counted.
+    /// What the figure counts, as text in the table.
     pub counts: &'static str,
 }
 

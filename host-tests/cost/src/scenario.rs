@@ -42,13 +42,13 @@ pub enum Phases {
 
 /// The result of the scenario.
 pub struct Outcome {
-    /// The figures.
+    /// The measured figures, by row.
     pub figures: Figures,
     /// The worst phases of the rows that have one.
     pub phases: BTreeMap<&'static str, String>,
     /// The peak of the stack in bytes.
     pub stack: u64,
-    /// Simulated instructions.
+    /// The number of simulated instructions of all runs.
     pub instructions: u64,
 }
 

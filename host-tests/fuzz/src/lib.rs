@@ -8,7 +8,7 @@ use libfuzzer_sys::fuzzer_mutate;
 /// The steps that one change inserts or removes at most.
 const STEPS_MAX: usize = 8;
 
-/// Random numbers: splitmix64.
+/// A generator of random numbers (splitmix64).
 struct Random(u64);
 
 impl Random {

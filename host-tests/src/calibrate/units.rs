@@ -6,7 +6,7 @@ use std::fmt::{self, Display, Formatter};
 
 /// A calibration in physical units. Printed, it has a line for each correction.
 pub struct Units {
-    /// The offset in mg.
+    /// The offset of each axis in mg.
     pub offset: Vector,
     /// The correction matrix less the identity, row by row.
     pub deviation: [Vector; 3],

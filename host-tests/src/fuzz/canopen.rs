@@ -76,7 +76,7 @@ fn layer_setting(source: &mut impl Source) -> [u8; 8] {
     [command, first, second, 0, 0, 0, 0, 0]
 }
 
-/// An SDO request.
+/// An SDO request with random data for one of the objects.
 pub fn request(source: &mut impl Source, tables: &Tables, product: &Product) -> [u8; 8] {
     let objects = tables.objects;
     let object = &objects[usize::from(source.byte()) % objects.len()];

@@ -46,7 +46,7 @@ pub enum Kind {
     Claim,
     /// A frame of the transport protocol to one node.
     Connection,
-    /// Another frame.
+    /// A frame of another group.
     Other,
 }
 
@@ -61,7 +61,7 @@ pub struct Known {
     commanded: Option<u8>,
     /// A restart may be pending (2010h).
     restarts: bool,
-    /// Its NAME.
+    /// The NAME in its last claim.
     name: Option<Name>,
     /// The last frame of a connection to one node.
     connection: Option<Instant>,

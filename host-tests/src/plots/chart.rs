@@ -21,7 +21,7 @@ pub struct Line<'a> {
     pub values: &'a [f64],
 }
 
-/// A chart.
+/// A chart over time, with its axes and curves.
 pub struct Chart<'a> {
     /// The title above the chart.
     pub title: &'a str,
@@ -62,7 +62,6 @@ impl Axis {
         (0..=count).map(|n| self.first + f64::from(n) * self.interval)
     }
 
-    /// The text of a mark.
     fn text(&self, mark: f64) -> String {
         let decimals = if self.interval < 1.0 { 1 } else { 0 };
         // Adding 0 turns -0 into 0.
@@ -79,7 +78,7 @@ impl Axis {
 }
 
 impl Chart<'_> {
-    /// The SVG document.
+    /// The chart as an SVG document.
     pub fn svg(&self) -> String {
         let mut svg = String::new();
         self.write(&mut svg).expect("a String takes everything");

@@ -8,7 +8,7 @@ pub struct Motion {
     pub name: &'static str,
     /// The title of the plot.
     pub title: &'static str,
-    /// The duration in s.
+    /// The duration of the motion in s.
     pub seconds: f64,
     /// The longitudinal angle in deg at a time in s.
     pub angle: fn(f64) -> f64,
@@ -18,7 +18,7 @@ pub struct Motion {
     pub slew: fn(f64) -> f64,
 }
 
-/// All motions.
+/// The motions in the order of the documents.
 pub const MOTIONS: [Motion; 5] = [
     Motion {
         name: "latency",

@@ -115,7 +115,7 @@ fn is_mark(what: &What) -> bool {
 
 /// What a sensor has sent.
 struct Run {
-    /// All frames.
+    /// All frames that the tester received.
     received: Vec<Timed>,
     /// The number of frames before each action.
     before_actions: Vec<usize>,

@@ -20,7 +20,7 @@ pub type Scenes = dyn Fn(&NodeType, &str) -> Result<Box<dyn Motion>, String>;
 /// Creates a sensor with a blank memory from the node type, the serial number and the motion.
 pub type MakeSensor<'a> = dyn Fn(&NodeType, u32, Box<dyn Motion>) -> Box<dyn Sensor> + 'a;
 
-/// Why a replay failed.
+/// Why a sensor does not agree with a trace.
 #[derive(Clone, PartialEq, Debug)]
 pub enum Failure {
     /// The trace requires something that is not possible.
@@ -79,7 +79,7 @@ impl Trace {
     }
 }
 
-/// A running replay.
+/// A replay in progress: a bus with a sensor and a tester.
 pub(super) struct Replay {
     bus: Bus,
     device: DeviceId,
@@ -126,7 +126,6 @@ impl Replay {
         })
     }
 
-    /// Performs a step.
     pub(super) fn step(
         &mut self,
         step: &Step,

@@ -5,7 +5,7 @@ use plumbline::canopen::{Absent, ErrorHistory, Object, Product, Text, TpdoArray,
 use plumbline::model::listing::{self, Article, Guide};
 use plumbline::prelude::*;
 
-/// 2100h: the mounting angle.
+/// The mounting angle in 0.01 deg (2100h).
 pub const MOUNTING: ParameterId = ParameterId(2);
 const TPDO: ParameterId = ParameterId(3); // and the three that follow
 const SLOPE: ValueId = ValueId(0);

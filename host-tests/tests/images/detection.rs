@@ -9,7 +9,7 @@ use plumbline::can::BitRate;
 use plumbline::node::BusMode;
 use stm32_sim::Microcontroller;
 
-/// CAN_BTR.SILM.
+/// The silent bit of CAN_BTR (SILM).
 const SILENT: u32 = 1 << 31;
 
 /// What CAN_BTR must hold (RM0008, section 24.9.2) for a sample point of 87.5 % with 32 MHz: 16 time quanta, 13 of them in

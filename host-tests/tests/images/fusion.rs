@@ -25,7 +25,7 @@ pub struct Rotation {
 }
 
 impl Rotation {
-    /// In deg/s.
+    /// The angular rate in deg/s.
     fn rate(self, time: f64) -> f64 {
         ((self.angle)(time + 1e-6) - (self.angle)(time - 1e-6)) / 2e-6
     }

@@ -10,7 +10,6 @@ use stm32_sim::rcc::ResetCause;
 /// The identifier with the highest priority, for the frames that occupy the bus.
 const STRONGEST: u16 = 0x000;
 
-/// Picoseconds per second.
 const SECOND: u64 = 1_000_000_000_000;
 
 /// More requests than the mailboxes and the transmit queue (3 and 16 frames) can answer. The others wait in the receive queue, which

@@ -23,7 +23,7 @@ struct Product {
     dead_at_start: &'static [&'static str],
     /// The frames of another start in this time.
     started: &'static [&'static str],
-    /// Requests behind the start.
+    /// Requests after the start that configure the sensor.
     prepare: &'static [Exchange],
     /// The frames at the begin of a fault, at the begin of clipping, and at the end of both.
     defect: &'static [&'static str],

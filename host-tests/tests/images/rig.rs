@@ -70,7 +70,6 @@ pub fn data(id: u16, bytes: &[u8]) -> Frame {
     Frame::data(standard(id), bytes).expect("at most eight bytes")
 }
 
-/// A duration in milliseconds.
 pub const fn ms(ms: u64) -> Duration {
     Duration::from_ticks(ms * 1000)
 }
@@ -85,7 +84,7 @@ pub struct Rig {
     pub bus: Bus,
     pub sensor: DeviceId,
     pub tester: AdapterId,
-    /// Every frame so far.
+    /// All frames on the bus so far.
     pub log: Vec<Logged>,
     /// The number of frames in the log that the test has read.
     seen: usize,
@@ -157,12 +156,10 @@ impl Rig {
         }
     }
 
-    /// The sensor.
     pub fn device(&self) -> &dyn Sensor {
         self.bus.device(self.sensor)
     }
 
-    /// The microcontroller.
     pub fn microcontroller(&self) -> &Microcontroller {
         Microcontroller::of(self.device()).expect("a simulated microcontroller")
     }
@@ -179,7 +176,6 @@ impl Rig {
         (self.microcontroller_mut().io_mut(), now)
     }
 
-    /// The parameter memory.
     pub fn flash(&mut self) -> &mut Flash {
         self.bus.device_mut(self.sensor).flash()
     }
@@ -283,7 +279,6 @@ impl Rig {
         self.write(&[fsc::WRITE_CYCLIC_TIME, low, high]);
     }
 
-    /// Reads the cyclic time.
     #[track_caller]
     pub fn read_time(&mut self) -> u16 {
         let reply = self.request(&[fsc::READ_CYCLIC_TIME]);

@@ -74,7 +74,7 @@ fn scene(node_type: &NodeType, text: &str) -> Result<Box<dyn Motion>, String> {
     Ok(Box::new(scene))
 }
 
-/// Replays the traces of a product.
+/// Replays all traces of a product, and fails with the differences of all.
 fn check(product: &'static str, replay: impl Fn(Trace) -> Result<(), Failure>) {
     let mut failures = Vec::new();
     for path in traces(product) {
@@ -160,7 +160,7 @@ fn images_of_the_other_products_pass_their_traces() {
     }
 }
 
-/// On the Blue Pill.
+/// Runs the test of the image for the Blue Pill.
 fn on_the_worst(test: impl FnOnce()) {
     test();
 }

@@ -9,7 +9,7 @@ const ROUNDS: [u64; 2] = [50, 1_000];
 /// Steps of a round with one sensor; the next round uses a new sensor.
 const STEPS: u64 = 2_000;
 
-/// Random bytes: xorshift64*.
+/// An endless stream of random bytes (xorshift64*).
 fn random(seed: u64) -> impl Iterator<Item = u8> {
     let mut state = seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) | 1;
     std::iter::repeat_with(move || {

@@ -6,7 +6,7 @@ use plumbline::can::{BitRate, Frame, standard};
 use plumbline::measure::Reading;
 use plumbline::time::{after, millis};
 
-/// The factory MAC ID.
+/// The MAC ID as delivered.
 const MAC: u16 = 63;
 
 /// A sensor with an explicit connection that does not time out, and its master.

@@ -10,7 +10,7 @@ use plumbline::time::{after, millis};
 const REQUEST: u16 = 0x7E5;
 const ANSWER: u16 = 0x7E4;
 
-/// The serial numbers.
+/// The serial numbers of the two nodes.
 const SERIALS: [u32; 2] = [0x8000_0005, 4];
 
 /// Vendor, product code and revision number (manual 6.3).

@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 
 const VECTORS: &str = include_str!("../../vectors/fusion.csv");
 
-/// 2^-14 g.
+/// The resolution of the accelerations in the vectors, 2^-14 g.
 const ACCELERATION_COUNT: i32 = ONE_G >> 14;
 /// 1/64 deg/s in 2^-16 deg/s.
 const RATE_COUNT: i32 = 1 << 10;
@@ -22,7 +22,7 @@ struct Row {
     q: f64,
     acceleration: I32x3,
     rate: I32x3,
-    /// In deg.
+    /// The expected angles in deg.
     angles: [f64; 2],
 }
 

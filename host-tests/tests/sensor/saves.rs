@@ -45,7 +45,7 @@ pub fn calibration() -> Calibration {
     Calibration::new([100_000, -200_000, 300_000], [[500; 3]; 3], [30, -20, 10]).unwrap()
 }
 
-/// An identity.
+/// The identity of a unit with a vendor and a serial number.
 pub fn unit() -> Unit {
     Unit {
         vendor: Some(354),
@@ -111,7 +111,6 @@ pub fn finish(store: &mut Store) -> Result<(), StoreError> {
     panic!("the save has not ended");
 }
 
-/// Begins to save parameters.
 pub fn begin(store: &mut Store, parameters: &[u8]) {
     store.save(|buffer| {
         buffer

@@ -11,7 +11,7 @@ use plumbline::time::{after, millis};
 
 const SERIAL: u32 = 1;
 
-/// Pages that are filled.
+/// The number of pages that are filled.
 const PAGES: usize = 6;
 
 /// A buffer for the parameters of every product.

@@ -23,7 +23,6 @@ fn old_record(sequence: u32, parameters: &[u8]) -> Vec<u8> {
     )
 }
 
-/// A record of this kind.
 fn record_of(kind: u16, sequence: u32, payload: &[u8]) -> Vec<u8> {
     let mut record = vec![b'P', 1];
     record.extend(kind.to_le_bytes());

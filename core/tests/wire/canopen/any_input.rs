@@ -9,7 +9,7 @@ use plumbline::node::Node;
 
 const FRAMES: usize = 2000;
 
-/// Random numbers: xorshift64*.
+/// A generator of random numbers (xorshift64*).
 struct Random(u64);
 
 impl Random {

@@ -3,7 +3,7 @@
 use crate::tester::canopen::abort;
 use crate::tester::ims360::{Ims360Tester, booted, with_memory};
 
-/// Abort codes.
+/// The abort codes that the manual requires.
 const NOT_PERMITTED: u32 = 0x0609_0030;
 const SIGNATURE: u32 = 0x0800_0020;
 const DEVICE_STATE: u32 = 0x0800_0022;

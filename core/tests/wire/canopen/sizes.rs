@@ -14,10 +14,10 @@ const FINE_SLOPE: ValueId = ValueId(2);
 const NODE_ID: ParameterId = ParameterId(0);
 const BIT_RATE: ParameterId = ParameterId(1);
 
-/// The published values.
+/// The values of a level sensor, of different types.
 const VALUES: Published<3> = Published::new([-2, 0xA5, -0x0102_0304], Faults::NONE);
 
-/// Publishes constants.
+/// An application that publishes constants.
 struct Level<T>(core::marker::PhantomData<T>);
 
 impl<T: Table> Application for Level<T> {

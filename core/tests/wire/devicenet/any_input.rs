@@ -5,7 +5,7 @@ use crate::tester::devicenet::{LevelTester, MAC_3, allocated, power_up};
 use plumbline::can::{Frame, standard};
 use plumbline::node::{BusEvent, BusState, Node};
 
-/// Pseudo random numbers (xorshift).
+/// A generator of random numbers (xorshift).
 struct Random(u64);
 
 impl Random {

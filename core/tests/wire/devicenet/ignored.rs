@@ -29,7 +29,7 @@ fn ignores(tester: &mut LevelTester, frame: Frame) {
     assert_eq!(tester.sent_text(), [""; 0], "{frame:?}");
 }
 
-/// What can be read.
+/// Everything that a master can read.
 fn snapshot(tester: &mut LevelTester) -> Vec<String> {
     if !tester.owner() {
         tester.allocate(1);

@@ -1,4 +1,4 @@
-//! DeviceNet: TILTIX.
+//! DeviceNet, with the products of the TILTIX family.
 
 mod acknowledge;
 mod any_input;

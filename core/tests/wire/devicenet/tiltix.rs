@@ -9,7 +9,7 @@ const EXPLICIT: u8 = 0x01;
 const POLL: u8 = 0x03;
 const COS: u8 = 0x51;
 
-/// General codes of CIP.
+/// The general codes of error responses.
 const INVALID_VALUE: u8 = 0x09;
 const STATE_CONFLICT: u8 = 0x0C;
 const NOT_SETTABLE: u8 = 0x0E;

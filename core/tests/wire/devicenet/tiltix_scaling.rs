@@ -32,7 +32,7 @@ struct Sensor<N> {
     circular: bool,
     /// The measured angles in 0.01 deg.
     measured: [i64; 2],
-    /// In 0.001 deg.
+    /// The resolution in 0.001 deg.
     resolution: i64,
     mode: [u8; 2],
     /// In units of the resolution.

@@ -5,7 +5,7 @@ use crate::tester::gemac::*;
 use plumbline::can::{CanId, Frame};
 use plumbline::fsc::Product;
 
-/// Pseudo random numbers (xorshift).
+/// A generator of random numbers (xorshift).
 struct Random(u64);
 
 impl Random {

@@ -7,7 +7,7 @@ use crate::tester::j1939::{CLAIM, LOWER, NAME, NO_CODES, claimed, claimed_with, 
 /// A NAME that is higher than ours.
 const HIGHER: &str = "FFFFFFFFFFFFFFFF";
 const SSI2: &str = "0CF02980#00007D00007D33FF";
-/// Not arbitrary address capable.
+/// A NAME that is not arbitrary address capable, as a write to its object.
 const FIXED: (u16, u8, u8, u32) = (0x2106, 1, 1, 0);
 /// "Cannot claim" of a node with [`FIXED`].
 const CANNOT_CLAIM: &str = "18EEFFFE#0102E3FF00910000";

@@ -1,4 +1,4 @@
-//! J1939: IMS360.
+//! J1939, with the IMS360.
 
 mod addresses;
 mod bus_off;

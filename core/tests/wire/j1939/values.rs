@@ -14,7 +14,7 @@ const ACCS: &str = "2DF000";
 /// 1-axis (3120h:01 = 0).
 const ONE_AXIS: (u16, u8, u8, u32) = (0x3120, 1, 1, 0);
 
-/// Figures of merit.
+/// The values of a figure of merit.
 const GOOD: u64 = 0;
 const DEGRADED: u64 = 1;
 const NOT_AVAILABLE: u64 = 3;
@@ -114,7 +114,6 @@ fn check_slopes(
     assert_eq!(bits(data, 48, 8), expected, "{data:016X}");
 }
 
-/// Checks ARI or ACCS.
 #[track_caller]
 fn check_vector(tester: &mut Ims360Tester, pgn: &str, scale: Scale, values: [f64; 3]) {
     let data = group(tester, pgn);

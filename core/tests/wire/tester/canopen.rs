@@ -10,7 +10,7 @@ fn texts(frames: Vec<Frame>) -> Vec<String> {
     frames.iter().map(|frame| format!("{frame:?}")).collect()
 }
 
-/// A vector in g.
+/// The acceleration of a vector in g.
 pub fn in_g(vector: [f64; 3]) -> [i32; 3] {
     vector.map(|component| (component * f64::from(ONE_G)).round() as i32)
 }
@@ -36,7 +36,7 @@ fn hex(bytes: &[u8]) -> String {
     bytes.iter().map(|byte| format!("{byte:02X}")).collect()
 }
 
-/// A JN2101 under test.
+/// A JN2101 with its bus and its memory.
 pub type Jn2101Tester = Tester<Jn2101>;
 
 /// A level sensor with factory values after power-up. Its boot-up message is not sent yet.
@@ -76,7 +76,7 @@ impl<N: Node> Tester<N> {
         self.hold(in_g(force), 400);
     }
 
-    /// Hands a frame in.
+    /// The node receives this frame.
     pub fn send(&mut self, text: &str) {
         self.receive(frame(text));
     }

@@ -17,7 +17,7 @@ const REFUSED: std::ops::RangeInclusive<u32> = 0x0609_0030..=0x0609_0032;
 /// The access of an object.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Access {
-    /// Read-only.
+    /// A master can only read it.
     Ro,
     /// A setting: accepts what is read from it.
     Rw,
@@ -44,7 +44,7 @@ pub struct Values {
     pub size: u8,
     /// The values that are written: both sides of each limit.
     pub tried: &'static [std::ops::RangeInclusive<u32>],
-    /// Those that are accepted.
+    /// Whether a number is accepted by a write.
     pub accepted: fn(u32) -> bool,
 }
 

@@ -28,7 +28,6 @@ pub const TEXT: usize = 250;
 /// The tables of the product.
 pub struct GaugeProduct;
 
-/// A node of the product.
 pub type Gauge = CanopenNode<GaugeProduct>;
 
 impl Table for GaugeProduct {
@@ -48,7 +47,7 @@ impl Table for GaugeProduct {
     plumbline::project!(parameters);
 }
 
-/// Publishes a constant.
+/// An application that publishes a constant.
 pub struct Level;
 
 const VALUES: Published<1> = Published::new([-2], Faults::NONE);

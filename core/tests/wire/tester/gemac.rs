@@ -239,7 +239,6 @@ macro_rules! each_product {
 pub(crate) use each_product;
 
 impl Sheet {
-    /// The number of axes.
     pub fn axes(&self) -> usize {
         self.parameters.len() - ZERO_X
     }

@@ -4,7 +4,7 @@ use super::Tester;
 use plumbline::model::ims360::Ims360;
 use plumbline::node::Boot;
 
-/// An IMS360 under test.
+/// An IMS360 with its bus and its memory.
 pub type Ims360Tester = Tester<Ims360>;
 
 /// A sensor after power-up with these stored parameters.

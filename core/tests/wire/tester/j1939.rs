@@ -8,7 +8,7 @@ pub const NAME: &str = "0102E3FF00910080";
 pub const LOWER: &str = "0000000000000000";
 /// The claim of the preferred address.
 pub const CLAIM: &str = "18EEFF80#0102E3FF00910080";
-/// DM1 without active codes.
+/// A DM1 message without active codes.
 pub const NO_CODES: &str = "18FECA80#00FF00000000FFFF";
 
 /// Writes of objects over CANopen that select J1939 and store it.

@@ -56,7 +56,7 @@ pub struct Tester<N> {
     /// The temperature of the accelerometer in 0.01 degC.
     pub temperature: i16,
     pub clipped: bool,
-    /// The accelerometer delivers samples.
+    /// Whether the accelerometer delivers samples.
     pub sampled: bool,
     pub sample_period: Duration,
     /// Another node acknowledges the frames of the node.
@@ -181,7 +181,7 @@ impl<N: Node> Tester<N> {
         panic!("the node requests actions without end: {:?}", self.actions);
     }
 
-    /// Ends the running save.
+    /// Ends the running save with this result.
     pub fn finish_save(&mut self, result: Result<(), StoreError>) {
         self.node.stored(self.now, result);
         self.settle();
@@ -240,7 +240,7 @@ impl<N: Node> Tester<N> {
         accepted
     }
 
-    /// Hands a frame in.
+    /// The node receives this frame.
     pub fn receive(&mut self, frame: Frame) {
         assert!(self.node.ready(), "not ready for {frame:?}");
         self.node.receive(self.now, &frame);

@@ -41,10 +41,10 @@ const HEAD: &str = "\
 /// A size that is always permitted to grow.
 const FEW: u64 = 64;
 
-/// A board.
+/// A board with the products that are built for it.
 struct Board {
     name: &'static str,
-    /// The compiler's target.
+    /// The target triple of the compiler.
     target: &'static str,
     /// The largest program of a product in bytes, if it is not the linker script that limits it.
     flash: Option<fn(&Product) -> u64>,

@@ -15,13 +15,13 @@ const fn lss(data: &'static [u8; 8]) -> Message {
     Message(0x7E5, data)
 }
 
-/// "save" to 1010h:01.
+/// Saves all parameters: "save" to 1010h:01.
 const SAVE: Message = sdo(b"\x23\x10\x10\x01save");
 
-/// 3110h:02: the Kalman filter.
+/// Selects the Kalman filter (3110h:02).
 const KALMAN: Message = sdo(&[0x2F, 0x10, 0x31, 2, 1, 0, 0, 0]);
 
-/// 3110h:02: the low-pass.
+/// Selects the low-pass filter (3110h:02).
 const LOW_PASS: Message = sdo(&[0x2F, 0x10, 0x31, 2, 0, 0, 0, 0]);
 
 /// 3111h: 0.1 Hz, and 2 Hz, at which the samples are measured.

@@ -98,7 +98,7 @@ const fn sdo(data: &'static [u8; 8]) -> Message {
     Message(0x60A, data)
 }
 
-/// "save" to 1010h:01.
+/// Saves all parameters: "save" to 1010h:01.
 const SAVE: Message = sdo(b"\x23\x10\x10\x01save");
 
 /// The FIR filter at 10 Hz (2043h).

@@ -16,7 +16,7 @@ const AVERAGE_250: Message = request(&[0x0A, 0x10, 0x65, 1, 0x84, 250]);
 /// The weight of the recursive filter (85h).
 const RECURSIVE_OFF: Message = request(&[0x0A, 0x10, 0x65, 1, 0x85, 0, 0]);
 const RECURSIVE_990: Message = request(&[0x0A, 0x10, 0x65, 1, 0x85, 0xDE, 0x03]);
-/// The angle stays constant.
+/// The highest weight: the angle stays constant.
 const HOLD: Message = request(&[0x0A, 0x10, 0x65, 1, 0x85, 0xE8, 0x03]);
 
 /// DeviceNet with the objects of the TILTIX (section 5.1 of its manual).

@@ -32,7 +32,7 @@ const TRAIN: u64 = 500;
 /// A message whose answer is awaited.
 struct Asked {
     message: Message,
-    /// Its duration in us.
+    /// The duration of the message on the bus in us.
     time: u64,
     /// An answer, and how many of its first bytes every answer has.
     answer: (Frame, usize),

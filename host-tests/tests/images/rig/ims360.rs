@@ -30,7 +30,6 @@ impl Rig {
         rig
     }
 
-    /// Replaces the motion.
     pub fn set_motion(&mut self, motion: Box<dyn Motion>) {
         self.bus.device_mut(self.sensor).set_motion(motion);
     }

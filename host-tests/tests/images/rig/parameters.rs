@@ -50,7 +50,6 @@ pub fn baud_rate_code(rate: BitRate) -> u8 {
     }
 }
 
-/// A blank parameter memory.
 pub fn blank() -> Flash {
     Flash::blank(chip().facts().geometry)
 }
