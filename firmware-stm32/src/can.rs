@@ -64,7 +64,6 @@ unsafe impl bxcan::Instance for Controller {
 /// The state of a change of mode.
 #[derive(Clone, Copy)]
 enum Change {
-    /// No change is running.
     Done,
     /// MCR.RESET is set. Sleep mode follows.
     Resetting {
@@ -121,7 +120,7 @@ struct Settings {
 }
 
 impl Settings {
-    /// CAN_BTR.
+    /// The value of CAN_BTR.
     fn timing(self) -> u32 {
         let silent = u32::from(self.mode == BusMode::Listen) << 31;
         btr(self.rate) | silent
@@ -136,7 +135,6 @@ pub struct Bus {
     change: Change,
     /// The fault confinement state last reported.
     state: BusState,
-    /// The number of overruns.
     overruns: u32,
     pulses: Pulses,
     /// The filters of the controller.

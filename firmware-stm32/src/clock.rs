@@ -42,7 +42,7 @@ pub fn restore() {
     }
 }
 
-/// The present time.
+/// The time since the start, in us.
 pub fn now() -> Instant {
     critical_section::with(|cs| {
         let mut ticked = TICKED.borrow(cs).get();

@@ -14,7 +14,7 @@ pub trait Sectors {
     const START: usize;
     /// The size of a sector in bytes.
     const SIZE: usize;
-    /// The number of sectors.
+    /// The number of sectors of the memory.
     const COUNT: usize;
     /// The smallest write in bytes.
     const WRITE_SIZE: usize;

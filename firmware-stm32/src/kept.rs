@@ -8,7 +8,6 @@ use core::mem::MaybeUninit;
 #[unsafe(link_section = ".uninit.KEPT")]
 static mut KEPT: MaybeUninit<[u32; 2]> = MaybeUninit::uninit();
 
-/// The check of a word.
 const fn check(word: u32) -> u32 {
     word.rotate_left(7) ^ 0x5AC3_69E1
 }

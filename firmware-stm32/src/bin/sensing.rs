@@ -23,7 +23,7 @@ const ROTATION: ValueId = ValueId(0);
 const RATE: ValueId = ValueId(1);
 const SUPPLY: ValueId = ValueId(2);
 
-/// The product.
+/// A product that publishes what the accelerometer measures.
 struct Sensing;
 
 impl Table for Sensing {
@@ -35,7 +35,7 @@ impl Table for Sensing {
     plumbline::project!(parameters);
 }
 
-/// The measurement.
+/// The sum of the rates since the start, the present rate and the supply.
 struct Motion {
     /// The sum of the rates in 2^-16 deg/s.
     sum: i64,

@@ -75,18 +75,18 @@ pub(super) fn connect_supply() {
         .modify(|_, w| w.mode0().input().cnf0().push_pull());
 }
 
-/// Selects the accelerometer.
+/// Selects the accelerometer on the SPI, or releases it (chip select PA4).
 pub(super) fn select_imu(selected: bool) {
     // SAFETY: the write changes only PA4, which no other code uses.
     let port = unsafe { pac::GPIOA::steal() };
     set_outputs(&port, 1 << 4, u32::from(!selected) << 4);
 }
 
-/// The status LEDs.
+/// The status LEDs at PC13 and port B.
 pub struct StatusLeds;
 
 impl StatusLeds {
-    /// Shows `leds`.
+    /// Switches each LED on or off.
     pub fn show(&mut self, leds: Leds) {
         let levels = u32::from(leds.error) << 12
             | u32::from(leds.module_green) << 13

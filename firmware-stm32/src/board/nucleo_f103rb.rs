@@ -83,11 +83,11 @@ pub(super) fn select_imu(selected: bool) {
     set_outputs(&port, 1 << 12, u32::from(!selected) << 12);
 }
 
-/// The status LEDs.
+/// The status LEDs on the board and at its connectors.
 pub struct StatusLeds;
 
 impl StatusLeds {
-    /// Shows `leds`.
+    /// Switches each LED on or off.
     pub fn show(&mut self, leds: Leds) {
         // SAFETY: the writes change only the pins of the LEDs, which no other code uses.
         let (a, b, c) = unsafe {

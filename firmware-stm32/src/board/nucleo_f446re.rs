@@ -61,7 +61,7 @@ pub(super) const INTERNAL_CLOCK: u32 = 16_000_000;
 /// The clock of APB1 in Hz.
 pub const APB1_CLOCK: u32 = 32_000_000;
 
-/// The CAN controller.
+/// The registers of the CAN controller (CAN1).
 pub type CanPeripheral = pac::CAN1;
 
 /// The timer of the bit rate detection. Its channel 3 is on PB8.
@@ -108,16 +108,16 @@ impl Wires for ImuWires {
     }
 }
 
-/// The watchdog.
+/// The watchdog, whose time the main loop restarts.
 pub type Watchdog = IndependentWatchdog;
 
 /// The parts of the board that the firmware uses, initialised.
 pub struct Board {
     /// The timer of the time base.
     pub systick: SYST,
-    /// The independent watchdog, running.
+    /// The independent watchdog, which runs already.
     pub watchdog: Watchdog,
-    /// The status LEDs.
+    /// The status LEDs, all of them off.
     pub leds: StatusLeds,
     /// Heater and terminating resistor, off.
     pub switches: Switches,
@@ -125,9 +125,9 @@ pub struct Board {
     pub can: CanPeripheral,
     /// The SPI and the chip select of the accelerometer.
     pub imu: ImuWires,
-    /// The parameter memory.
+    /// The two sectors with the records of the node.
     pub flash: ParameterFlash<Flash>,
-    /// The serial number.
+    /// The serial number of the sensor, from the unique identifier of the chip.
     pub serial: u32,
 }
 
@@ -256,7 +256,7 @@ pub fn make_safe() {
         .write(|w| w.tim3rst().set_bit().can1rst().set_bit());
 }
 
-/// The status LEDs.
+/// The status LEDs on the board and at its connectors.
 pub struct StatusLeds {
     run: PA5<Output>,
     error: PB10<Output>,
@@ -265,7 +265,7 @@ pub struct StatusLeds {
 }
 
 impl StatusLeds {
-    /// Shows `leds`.
+    /// Switches each LED on or off.
     pub fn show(&mut self, leds: Leds) {
         self.run.set_state(leds.run.into());
         self.error.set_state(leds.error.into());
@@ -274,7 +274,7 @@ impl StatusLeds {
     }
 }
 
-/// Heater and terminating resistor.
+/// The switches of the heater and of the terminating resistor.
 pub struct Switches {
     heater: PwmChannel<pac::TIM3, 2>,
     termination: PB1<Output>,
@@ -338,7 +338,7 @@ pub fn end_handler() {
 }
 
 unsafe extern "C" {
-    /// The handlers of [`firmware`](crate::firmware).
+    /// The handlers that [`firmware`](crate::firmware) defines.
     fn CAN_RECEIVE();
     fn CAN_TRANSMIT();
 }

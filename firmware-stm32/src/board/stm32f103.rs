@@ -44,7 +44,7 @@ pub(super) const INTERNAL_CLOCK: u32 = 8_000_000;
 /// The clock of APB1 in Hz.
 pub const APB1_CLOCK: u32 = 32_000_000;
 
-/// The CAN controller.
+/// The registers of the CAN controller.
 pub type CanPeripheral = pac::CAN;
 
 /// The timer of the bit rate detection. Its channel 3 is on PB8.
@@ -74,9 +74,9 @@ pub(super) const GENUINE_CPUID: u32 = silicon::STM32F103;
 pub struct Board {
     /// The timer of the time base.
     pub systick: SYST,
-    /// The independent watchdog, running.
+    /// The independent watchdog, which runs already.
     pub watchdog: Watchdog,
-    /// The status LEDs.
+    /// The status LEDs, all of them off.
     pub leds: StatusLeds,
     /// Heater and terminating resistor, off.
     pub switches: Switches,
@@ -84,9 +84,9 @@ pub struct Board {
     pub can: CanPeripheral,
     /// The SPI and the chip select of the accelerometer.
     pub imu: ImuWires,
-    /// The parameter memory.
+    /// The two pages with the records of the node.
     pub flash: ParameterFlash<Flash>,
-    /// The serial number.
+    /// The serial number of the sensor, from the unique identifier of the chip.
     pub serial: u32,
 }
 
@@ -141,7 +141,6 @@ fn set_up_debugging(debug: &pac::DBGMCU) {
     });
 }
 
-/// Starts the watchdog.
 fn start_watchdog(watchdog: &pac::IWDG) {
     // Nominal 40 kHz, divided by 32.
     const RELOAD: u32 = WATCHDOG_PERIOD_MS * 40 / 32;
@@ -256,11 +255,11 @@ fn start_spi(spi: &Spi) {
     });
 }
 
-/// The watchdog.
+/// The watchdog, whose time the main loop restarts.
 pub struct Watchdog(pac::IWDG);
 
 impl Watchdog {
-    /// Restarts its time.
+    /// Restarts the time after which it resets the chip.
     pub fn feed(&mut self) {
         self.0.kr().write(|w| w.key().feed());
     }
@@ -273,7 +272,7 @@ pub(super) fn set_outputs(port: &Port, pins: u32, levels: u32) {
     port.bsrr().write(|w| unsafe { w.bits(levels | low << 16) });
 }
 
-/// Heater and terminating resistor.
+/// The switches of the heater and of the terminating resistor.
 pub struct Switches {
     timer: pac::TIM3,
 }

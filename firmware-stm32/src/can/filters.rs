@@ -28,13 +28,11 @@ pub(super) struct Banks {
 }
 
 impl Banks {
-    /// No filter.
     pub(super) const NONE: Self = Self {
         words: [(0, 0); board::FILTER_BANKS as usize],
         active: 0,
     };
 
-    /// Adds an active bank.
     fn push(&mut self, words: (u32, u32)) {
         if let Some(place) = self.words.get_mut(usize::from(self.active)) {
             *place = words;

@@ -40,19 +40,17 @@ pub(super) struct Pulses {
     meter: PulseMeter,
     /// The number of pulses that the meter has received.
     taken: usize,
-    /// The timer runs.
+    /// The timer counts, and captures edges.
     runs: bool,
 }
 
 impl Pulses {
-    /// Before the start.
     pub(super) const NONE: Self = Self {
         meter: PulseMeter::EMPTY,
         taken: 0,
         runs: false,
     };
 
-    /// Starts the measurement.
     pub(super) fn start(&mut self) {
         self.runs = true;
         board::enable_pulse_timer();

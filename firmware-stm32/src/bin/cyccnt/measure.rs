@@ -56,7 +56,7 @@ mod chip {
         1 << 4 | wait_states
     }
     pub const RCC_CFGR: usize = 0x4002_1004;
-    /// PPRE1: HCLK / 2.
+    /// PPRE1 in RCC_CFGR: PCLK1 = HCLK / 2.
     pub const APB1_HALF: u32 = 0b100 << 8;
     /// The clocks of the registers below: their addresses and bits.
     pub const CLOCKS: [(usize, u32); 2] = [(0x4002_101C, 1 << 1), (0x4002_1018, 1 << 2)];
@@ -82,7 +82,7 @@ mod chip {
         1 << 8 | wait_states
     }
     pub const RCC_CFGR: usize = 0x4002_3808;
-    /// PPRE1: HCLK / 2.
+    /// PPRE1 in RCC_CFGR: PCLK1 = HCLK / 2.
     pub const APB1_HALF: u32 = 0b100 << 10;
     /// The clocks of the registers below: their addresses and bits.
     pub const CLOCKS: [(usize, u32); 2] = [(0x4002_3840, 1 << 1), (0x4002_3844, 1 << 14)];

@@ -1,6 +1,6 @@
-//! The sequences.
+//! The sequences of instructions whose cycles are measured.
 
-/// A sequence.
+/// A sequence of instructions as a function.
 #[repr(C)]
 pub struct Sequence {
     name: *const u8,
@@ -19,7 +19,7 @@ pub enum Register {
     Apb1,
     /// On APB2, at the full clock.
     Apb2,
-    /// On the AHB.
+    /// On the AHB, without a bridge.
     Ahb,
 }
 
@@ -27,7 +27,6 @@ pub enum Register {
 unsafe impl Sync for Sequence {}
 
 impl Sequence {
-    /// Its name.
     #[cfg(feature = "defmt")]
     pub fn name(&self) -> &'static str {
         // SAFETY: `sequences!` has split a string into address and length.
@@ -67,7 +66,7 @@ macro_rules! sequences {
             $(fn $symbol(cyccnt: *mut u32, ram: *mut u32, register: *mut u32, number: u32) -> u32;)*
         }
 
-        /// All sequences.
+        /// All sequences, in the order of the figures.
         pub static SEQUENCES: [Sequence; [$($name),*].len()] = [$(Sequence {
             name: $name.as_ptr(),
             length: $name.len(),

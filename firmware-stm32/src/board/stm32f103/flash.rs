@@ -13,7 +13,6 @@ impl Flash {
         Self(registers)
     }
 
-    /// Unlocks the control register.
     fn unlock(&mut self) {
         // SAFETY: the two unlock keys of PM0075 in their order.
         self.0.keyr().write(|w| unsafe { w.bits(0x4567_0123) });

@@ -8,21 +8,21 @@ type Handler = unsafe extern "C" fn();
 unsafe extern "C" {
     /// The handler of cortex-m-rt for interrupts that are not used.
     fn DefaultHandler();
-    /// The handlers of [`firmware`](crate::firmware).
+    /// The handlers that [`firmware`](crate::firmware) defines.
     fn CAN_RECEIVE();
     fn CAN_TRANSMIT();
     /// The handler of [`pulse_interrupt`](crate::pulse_interrupt), in products that detect the bit rate.
     fn TIM4();
 }
 
-/// The handlers.
+/// The interrupts that are used, with their handlers.
 const HANDLERS: [(Interrupt, Handler); 3] = [
     (CAN_RECEIVE_INTERRUPT, CAN_RECEIVE),
     (CAN_TRANSMIT_INTERRUPT, CAN_TRANSMIT),
     (PULSE_INTERRUPT, TIM4),
 ];
 
-/// The number of vectors.
+/// The number of vectors, up to the last one that is used.
 const COUNT: usize = {
     let mut count = 0;
     let mut next = 0;
