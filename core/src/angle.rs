@@ -3,6 +3,7 @@
 //! One unit is 8.4e-8 deg. The error of [`Angle::atan2`] is at most 1.3e-5 deg ([`Angle::ATAN2_ERROR`]). It needs a table of 65
 //! arc tangents, a few multiplications and three 32-bit divisions.
 
+use crate::walk::{at, put};
 use core::ops::{Add, AddAssign, Neg, Sub, SubAssign};
 
 /// An angle modulo 360 deg, in units of 360 deg / 2^32.
@@ -130,19 +131,17 @@ const fn arc_tangents() -> [u32; 65] {
         series = ONE / 3 - square * series / ONE;
         series = ONE - square * series / ONE;
         sum += t * series / ONE;
-        #[allow(clippy::indexing_slicing)] // evaluated by the compiler
-        {
-            radians[k] = sum;
-        }
+        put(&mut radians, k, sum);
         k += 1;
     }
     let mut table = [0; 65];
     let mut k = 0;
     while k < table.len() {
-        #[allow(clippy::indexing_slicing)] // evaluated by the compiler
-        {
-            table[k] = (((radians[k] << 29) + sum / 2) / sum) as u32;
-        }
+        put(
+            &mut table,
+            k,
+            (((*at(&radians, k) << 29) + sum / 2) / sum) as u32,
+        );
         k += 1;
     }
     table

@@ -63,3 +63,4 @@ pub mod store;
 mod sweep;
 pub mod text;
 pub mod time;
+mod walk;

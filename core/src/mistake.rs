@@ -2,7 +2,8 @@
 //!
 //! The checks of tables are `const fn`s that the macro [`project!`](crate::project) calls where the table is written. All of them are
 //! `#[track_caller]`, so that the error is shown at that macro.
-#![allow(clippy::indexing_slicing, clippy::panic)] // evaluated at compile time only
+
+use crate::walk::{at, each, put};
 
 /// The longest message in bytes; the rest is cut off.
 const LONGEST: usize = 160;
@@ -10,33 +11,27 @@ const LONGEST: usize = 160;
 /// A row of a table in which there is a mistake.
 #[derive(Clone, Copy)]
 pub(crate) enum Mistake<'a> {
+    /// An object of CANopen: `object 2100h:02: `.
     Object(u16, u8),
+    /// A parameter: `parameter 7 "Cycle time": `.
     Parameter(usize, &'a str),
+    /// A function select code: `code 28h "Zero offset": `.
+    Code(u8, &'a str),
+    /// A class of DeviceNet: `class 64h: `.
+    Class(u8),
+    /// An attribute of instance 1 of a class: `class 64h, instance 1, attribute 71h: `.
+    Attribute(u8, u8),
+    /// A group of J1939: `group 65312 "SLOPE": `.
+    Group(u32, &'a str),
+    /// A signal of a group: `group 65312 "SLOPE", signal "Quality": `.
+    Signal(u32, &'a str, &'a str),
+    /// Another row, for example `quantity 2: `.
     Row(&'a str, usize),
+    /// An item of the product, for example `NODE_ID: `.
     Item(&'a str),
 }
 
-impl<'a> Mistake<'a> {
-    /// A mistake in the object at an address: `object 2100h:02: `.
-    pub const fn in_object(index: u16, sub: u8) -> Self {
-        Self::Object(index, sub)
-    }
-
-    /// A mistake in a parameter: `parameter 7 "Cycle time": `.
-    pub const fn in_parameter(place: usize, name: &'a str) -> Self {
-        Self::Parameter(place, name)
-    }
-
-    /// A mistake in another row, for example `quantity 2: `.
-    pub const fn in_row(kind: &'a str, place: usize) -> Self {
-        Self::Row(kind, place)
-    }
-
-    /// A mistake in an item of the product, for example `NODE_ID: `.
-    pub const fn in_item(item: &'a str) -> Self {
-        Self::Item(item)
-    }
-
+impl Mistake<'_> {
     /// The message, which begins with the row and this text.
     pub const fn text(self, text: &str) -> Message {
         const NONE: Message = Message {
@@ -52,9 +47,28 @@ impl<'a> Mistake<'a> {
             Self::Parameter(place, name) => NONE
                 .text("parameter ")
                 .number(place as u32)
-                .text(" \"")
-                .text(name)
-                .text("\""),
+                .text(" ")
+                .quoted(name),
+            Self::Code(code, name) => NONE
+                .text("code ")
+                .hexadecimal(code as u32, 2)
+                .text("h ")
+                .quoted(name),
+            Self::Class(class) => NONE.text("class ").hexadecimal(class as u32, 2).text("h"),
+            Self::Attribute(class, number) => NONE
+                .text("class ")
+                .hexadecimal(class as u32, 2)
+                .text("h, instance 1, attribute ")
+                .hexadecimal(number as u32, 2)
+                .text("h"),
+            Self::Group(pgn, name) => NONE.text("group ").number(pgn).text(" ").quoted(name),
+            Self::Signal(pgn, group, name) => NONE
+                .text("group ")
+                .number(pgn)
+                .text(" ")
+                .quoted(group)
+                .text(", signal ")
+                .quoted(name),
             Self::Row(kind, place) => NONE.text(kind).text(" ").number(place as u32),
             Self::Item(item) => NONE.text(item),
         };
@@ -79,14 +93,18 @@ pub(crate) struct Message {
 impl Message {
     /// Appends a text to the message.
     pub const fn text(mut self, text: &str) -> Self {
-        let bytes = text.as_bytes();
-        let mut place = 0;
-        while place < bytes.len() && self.length < LONGEST {
-            self.text[self.length] = bytes[place];
-            self.length += 1;
-            place += 1;
-        }
+        each!(letter in text.as_bytes() => {
+            if self.length < LONGEST {
+                put(&mut self.text, self.length, *letter);
+                self.length += 1;
+            }
+        });
         self
+    }
+
+    /// Appends a name in quotation marks.
+    const fn quoted(self, name: &str) -> Self {
+        self.text("\"").text(name).text("\"")
     }
 
     /// Appends a decimal number to the message.
@@ -95,10 +113,10 @@ impl Message {
         let mut rest = number;
         loop {
             first -= 1;
-            digits[first] = b'0' + (rest % 10) as u8;
+            put(&mut digits, first, b'0' + (rest % 10) as u8);
             rest /= 10;
             if rest == 0 {
-                return self.digits(&digits, first);
+                return self.digits(digits.split_at(first).1);
             }
         }
     }
@@ -109,23 +127,22 @@ impl Message {
         let mut place = 8;
         while place > 8 - count {
             place -= 1;
-            digits[place] = b"0123456789ABCDEF"[(number >> (4 * (7 - place)) & 15) as usize];
+            let digit = (number >> (4 * (7 - place)) & 15) as usize;
+            put(&mut digits, place, *at(b"0123456789ABCDEF", digit));
         }
-        self.digits(&digits, place)
+        self.digits(digits.split_at(place).1)
     }
 
-    const fn digits(mut self, digits: &[u8], first: usize) -> Self {
-        let mut place = first;
-        while place < digits.len() && self.length < LONGEST {
-            self.text[self.length] = digits[place];
-            self.length += 1;
-            place += 1;
+    const fn digits(self, digits: &[u8]) -> Self {
+        match core::str::from_utf8(digits) {
+            Ok(digits) => self.text(digits),
+            Err(_) => self,
         }
-        self
     }
 
     /// Ends the evaluation with this message.
     #[track_caller]
+    #[allow(clippy::panic)] // evaluated at compile time only
     pub const fn fail(&self) -> ! {
         // A name that is not ASCII can be cut within a letter.
         let mut length = self.length;
@@ -146,7 +163,7 @@ mod tests {
     #[test]
     #[should_panic = "object 6FA1h:0C: the value is 1048576, not 0"]
     fn message_has_the_address_and_the_numbers() {
-        Mistake::in_object(0x6FA1, 0x0C)
+        Mistake::Object(0x6FA1, 0x0C)
             .text("the value is ")
             .number(1_048_576)
             .text(", not ")
@@ -157,18 +174,18 @@ mod tests {
     #[test]
     #[should_panic = "parameter 12 \"Zero\": wrong"]
     fn message_has_the_name_of_the_parameter() {
-        Mistake::in_parameter(12, "Zero").unless(false, "wrong");
+        Mistake::Parameter(12, "Zero").unless(false, "wrong");
     }
 
     #[test]
     fn correct_row_has_no_message() {
-        Mistake::in_item("NODE_ID").unless(true, "wrong");
+        Mistake::Item("NODE_ID").unless(true, "wrong");
     }
 
     #[test]
     #[should_panic = "quantity 3: aaaa"]
     fn long_message_is_cut_at_a_letter() {
         let name = std::format!("{}\u{e4}{}", "a".repeat(148), "a".repeat(99));
-        Mistake::in_row("quantity", 3).text(&name).fail();
+        Mistake::Row("quantity", 3).text(&name).fail();
     }
 }

@@ -9,6 +9,7 @@
 /// | `project!(objects)`     | [`canopen::Product`](crate::canopen::Product)    | the rows of the object dictionary           |
 /// | `project!(functions)`   | [`fsc::Product`](crate::fsc::Product)            | the function select codes                   |
 /// | `project!(attributes)`  | [`devicenet::Product`](crate::devicenet::Product)| the objects of the vendor and the assemblies|
+/// | `project!(groups)`      | [`j1939::Product`](crate::j1939::Product)        | the proof that the tables were checked      |
 ///
 /// ```
 /// use plumbline::param::{DataType, Parameter, ParameterId, Table};
@@ -57,6 +58,11 @@ macro_rules! project {
             $crate::param::projection::stored_size(<Self as $crate::param::Table>::PARAMETERS);
         const REALS: bool =
             $crate::param::projection::has_reals(<Self as $crate::param::Table>::PARAMETERS);
+        const WIDE_LIMITS: &'static [$crate::param::WideLimits] = const {
+            &$crate::param::projection::wide_limits::<
+                { $crate::param::projection::wide_count(<Self as $crate::param::Table>::PARAMETERS) },
+            >(<Self as $crate::param::Table>::PARAMETERS)
+        };
     };
     (objects) => {
         const ROWS: &'static [$crate::canopen::row::Row] = const {
@@ -81,13 +87,7 @@ macro_rules! project {
     (functions) => {
         const CODES: $crate::fsc::projection::Codes = $crate::fsc::projection::Codes::new(
             const {
-                $crate::fsc::projection::check_own(
-                    <Self as $crate::fsc::Product>::FUNCTIONS,
-                    &$crate::fsc::projection::own_codes::<
-                        <Self as $crate::fsc::Product>::Application,
-                        { <Self as $crate::fsc::Product>::OWN.len() },
-                    >(<Self as $crate::fsc::Product>::OWN),
-                );
+                $crate::fsc::projection::check::<Self>();
                 &$crate::fsc::projection::groups(
                     <Self as $crate::fsc::Product>::ACCESS,
                     <Self as $crate::fsc::Product>::FUNCTIONS,
@@ -127,13 +127,7 @@ macro_rules! project {
     };
     (attributes) => {
         const OBJECT_ROWS: &'static [$crate::devicenet::projection::ObjectRow] = const {
-            $crate::devicenet::projection::check(
-                &<Self as $crate::devicenet::Product>::IDENTITY,
-                &<Self as $crate::devicenet::Product>::ROLES,
-                <Self as $crate::devicenet::Product>::ASSEMBLIES,
-                <$crate::project!(@application devicenet) as $crate::param::Table>::PARAMETERS,
-            );
-            $crate::devicenet::projection::check_own::<Self>();
+            $crate::devicenet::projection::check::<Self>();
             &$crate::devicenet::projection::objects::<
                 { <Self as $crate::devicenet::Product>::OBJECTS.len() },
             >(<Self as $crate::devicenet::Product>::OBJECTS)
@@ -163,11 +157,11 @@ macro_rules! project {
         const ASSEMBLY_ROWS: &'static [$crate::devicenet::projection::AssemblyRow] = const {
             &$crate::devicenet::projection::assemblies::<
                 { <Self as $crate::devicenet::Product>::ASSEMBLIES.len() },
-            >(
-                <Self as $crate::devicenet::Product>::ASSEMBLIES,
-                $crate::project!(@quantities devicenet),
-            )
+            >(<Self as $crate::devicenet::Product>::ASSEMBLIES)
         };
+    };
+    (groups) => {
+        const CHECKED: $crate::j1939::Checked = const { $crate::j1939::Checked::tables::<Self>() };
     };
     (@application $protocol:ident) => {
         <<Self as $crate::$protocol::Product>::Application as $crate::application::Application>::Table

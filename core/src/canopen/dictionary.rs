@@ -4,7 +4,9 @@
 //! type, unit and permitted values of parameters and values come from their own description. The objects are the source of the
 //! descriptors (EDS) and documents on a PC. The device uses the [rows](super::row) that are derived from them.
 
+use crate::mistake::Mistake;
 use crate::param::{DataType, Parameter, ParameterId, ParameterSet, Quantity, ValueId};
+use crate::walk::{at, each};
 
 /// The access type of an object (CiA 306).
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -221,14 +223,13 @@ impl Object {
     }
 
     /// Its type. A parameter or a value has the type of its description.
-    #[allow(clippy::indexing_slicing)] // evaluated at compile time, or with tables that were checked at compile time
     pub const fn data_type(&self, parameters: &[Parameter], quantities: &[Quantity]) -> DataType {
         match self.target {
             Target::Parameter(id)
             | Target::CobId(id)
             | Target::FreeCobId(id)
-            | Target::Command(id, _) => parameters[id.0 as usize].data_type,
-            Target::Value(id) => quantities[id.0 as usize].data_type,
+            | Target::Command(id, _) => at(parameters, id.0 as usize).data_type,
+            Target::Value(id) => at(quantities, id.0 as usize).data_type,
             Target::Text(_) => DataType::Text,
             Target::Constant(_) | Target::NodeRelative(_) | Target::Service(_) | Target::Own(_) => {
                 self.data_type
@@ -238,56 +239,48 @@ impl Object {
 }
 
 /// The object at an address.
-#[allow(clippy::indexing_slicing)] // evaluated at compile time only
 pub(super) const fn object_at(objects: &[Object], index: u16, sub: u8) -> Option<&Object> {
-    let mut row = 0;
-    while row < objects.len() {
-        if objects[row].index == index && objects[row].sub == sub {
-            return Some(&objects[row]);
+    each!(object in objects => {
+        if object.index == index && object.sub == sub {
+            return Some(object);
         }
-        row += 1;
-    }
+    });
     None
 }
 
 /// The constant text at an address.
-#[allow(clippy::panic)] // evaluated at compile time only
+#[track_caller]
 pub(crate) const fn text_at(objects: &[Object], index: u16, sub: u8) -> &'static str {
     match object_at(objects, index, sub) {
         Some(Object {
             target: Target::Text(text),
             ..
         }) => text,
-        _ => panic!("there is no constant text at this address"),
+        _ => Mistake::Object(index, sub)
+            .text("there is no constant text")
+            .fail(),
     }
 }
 
 /// The parameters of the communication profile.
-#[allow(clippy::indexing_slicing)] // evaluated at compile time only
 pub const fn communication(objects: &[Object]) -> ParameterSet {
     let mut set = ParameterSet::EMPTY;
-    let mut row = 0;
-    while row < objects.len() {
-        if let Target::Parameter(id) | Target::CobId(id) | Target::FreeCobId(id) =
-            objects[row].target
-            && objects[row].index < 0x2000
+    each!(object in objects => {
+        if let Target::Parameter(id) | Target::CobId(id) | Target::FreeCobId(id) = object.target
+            && object.index < 0x2000
         {
             set = set.with(id);
         }
-        row += 1;
-    }
+    });
     set
 }
 
 /// Whether a master can change COB-IDs.
-#[allow(clippy::indexing_slicing)] // evaluated at compile time only
 pub(super) const fn has_free_cob_ids(objects: &[Object]) -> bool {
-    let mut row = 0;
-    while row < objects.len() {
-        if let Target::FreeCobId(_) = objects[row].target {
+    each!(object in objects => {
+        if let Target::FreeCobId(_) = object.target {
             return true;
         }
-        row += 1;
-    }
+    });
     false
 }

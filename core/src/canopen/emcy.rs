@@ -14,6 +14,7 @@
 
 use crate::application::Faults;
 use crate::time::{Deadline, Duration, Instant};
+use crate::walk::{each, put};
 use heapless::Deque;
 
 /// The cause of a fault.
@@ -109,20 +110,18 @@ pub(super) struct Fault {
 }
 
 /// Projects the description of the faults.
-#[allow(clippy::indexing_slicing)] // evaluated at compile time only
 pub(super) const fn faults(bits: &[FaultBit; 8]) -> [Fault; 8] {
     let mut faults = [Fault {
         code: 0,
         register: 0,
     }; 8];
-    let mut bit = 0;
-    while bit < 8 {
-        faults[bit] = Fault {
-            code: bits[bit].code,
-            register: bits[bit].register,
+    each!(place, FaultBit { code, register, .. } in bits => {
+        let fault = Fault {
+            code: *code,
+            register: *register,
         };
-        bit += 1;
-    }
+        put(&mut faults, place, fault);
+    });
     faults
 }
 
@@ -130,16 +129,13 @@ pub(super) const fn faults(bits: &[FaultBit; 8]) -> [Fault; 8] {
 pub(super) type Causes = [Faults; 8];
 
 /// Projects the causes of the faults.
-#[allow(clippy::indexing_slicing)] // evaluated at compile time only
 pub(super) const fn causes(bits: &[FaultBit; 8]) -> Causes {
     let mut causes = [Faults::NONE; 8];
-    let mut bit = 0;
-    while bit < 8 {
-        if let Cause::Application(faults) = bits[bit].cause {
-            causes[bit] = faults;
+    each!(place, bit in bits => {
+        if let Cause::Application(faults) = bit.cause {
+            put(&mut causes, place, faults);
         }
-        bit += 1;
-    }
+    });
     causes
 }
 
@@ -155,27 +151,18 @@ pub(super) const fn caused([a, b, c, d, e, f, g, h]: Causes, faults: Faults) -> 
 }
 
 /// The bits with this cause, which must not be [`Cause::Application`].
-#[allow(clippy::indexing_slicing)] // evaluated at compile time only
 pub(super) const fn bits_of(bits: &[FaultBit; 8], cause: Cause) -> u8 {
-    let (mut mask, mut bit) = (0, 0);
-    while bit < 8 {
-        if is_same(bits[bit].cause, cause) {
-            mask |= 1 << bit;
-        }
-        bit += 1;
-    }
+    let mut mask = 0;
+    each!(place, bit in bits => { mask |= (is_same(bit.cause, cause) as u8) << place });
     mask
 }
 
-#[allow(clippy::indexing_slicing)] // evaluated at compile time only
 pub(super) const fn event_of(events: &[FaultBit], cause: Cause) -> Option<FaultBit> {
-    let mut place = 0;
-    while place < events.len() {
-        if is_same(events[place].cause, cause) {
-            return Some(events[place]);
+    each!(event in events => {
+        if is_same(event.cause, cause) {
+            return Some(*event);
         }
-        place += 1;
-    }
+    });
     None
 }
 

@@ -299,8 +299,8 @@ impl<P: Product> Services<P> {
         place: u8,
         data: &[u8],
     ) -> Result<Written, Abort> {
-        let own = Self::own(place).ok_or(Abort::ReadOnly)?;
-        match (own.write)(&mut self.scope(cx), data)? {
+        let write = Self::own(place).and_then(|own| own.write);
+        match write.ok_or(Abort::ReadOnly)?(&mut self.scope(cx), data)? {
             Then::Reply => {}
             Then::Save => {
                 self.save_own(place);

@@ -14,7 +14,7 @@ pub struct Own<A: Application, S, T> {
     pub(super) index: u16,
     pub(super) sub: u8,
     pub(super) read: Read<A, S, T>,
-    pub(super) write: Write<A, S>,
+    pub(super) write: Option<Write<A, S>>,
     pub(super) stored: Stored<A, S>,
 }
 
@@ -90,7 +90,10 @@ impl<A: Application, S, T> Own<A, S, T> {
 
     /// The same, written with this function.
     pub const fn written(self, write: Write<A, S>) -> Self {
-        Self { write, ..self }
+        Self {
+            write: Some(write),
+            ..self
+        }
     }
 
     /// The same with this function after a save.
@@ -103,7 +106,7 @@ impl<A: Application, S, T> Own<A, S, T> {
             index,
             sub,
             read: Read::No,
-            write: |_, _| Err(Abort::ReadOnly),
+            write: None,
             stored: |_, _| {},
         }
     }

@@ -3,8 +3,7 @@
 use super::pdo::{OPERATIONAL, Reaction, Source, Tpdo, Tpdos};
 use super::product::Product;
 use super::protocol::{ContextOf, Services};
-use super::wide::{SIZE, wide_parameter};
-
+use super::wide::SIZE;
 use crate::application::Values;
 use crate::can::{CanId, Frame};
 use crate::param::{ParameterId, ValueId};
@@ -111,7 +110,7 @@ impl<P: Product> Services<P> {
             // Such an object fills the frame.
             if Self::WIDE && entry.size == SIZE {
                 data = match entry.source {
-                    Source::Parameter => wide_parameter::<P>(cx, ParameterId(entry.id)),
+                    Source::Parameter => cx.parameters.get_wide(ParameterId(entry.id)),
                     _ => cx.values.wide(ValueId(entry.id)),
                 };
                 length = SIZE;

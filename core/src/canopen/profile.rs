@@ -9,9 +9,11 @@ use super::dictionary::{Access, Object, Service, Target};
 use super::lss::UNCONFIGURED;
 use super::pdo::TRANSMISSION_TYPES;
 use crate::can::BitRate;
+use crate::mistake::Mistake;
 use crate::param::{
     Coding, DataType, Parameter, ParameterId, Permitted, Persistence, Ranges, ValueId,
 };
+use crate::walk::{each, put};
 
 /// Joins arrays of objects, one table from several: `plumbline::objects![[profile::ERROR_REGISTER], profile::SERVER_SDO]`.
 #[macro_export]
@@ -81,16 +83,11 @@ pub const fn bit_rate(id: ParameterId, factory: u16) -> Parameter {
 }
 
 /// The bit rates of CiA 301, table 1, by their numbers in kbit/s.
-#[allow(clippy::indexing_slicing)] // evaluated at compile time only
 pub const BIT_RATES: [(u32, BitRate); 8] = {
-    let codes = BIT_RATE_CODING.codes();
     let mut rates = [(0, BitRate::K10); 8];
-    let mut place = 0;
-    while place < rates.len() {
-        let (number, rate) = codes[place];
-        rates[place] = (number as u32, rate);
-        place += 1;
-    }
+    each!(place, (number, rate) in &BIT_RATE_CODING.codes() => {
+        put(&mut rates, place, (*number as u32, *rate));
+    });
     rates
 };
 
@@ -348,27 +345,26 @@ pub const fn identity(vendor: u32, product: u32, revision: u32) -> [Object; 5] {
 }
 
 /// The entries of the heartbeat consumer (1016h), with ids from `first` on. No node is monitored as delivered.
-#[allow(clippy::indexing_slicing)] // evaluated at compile time only
 pub const fn consumer_parameters<const N: usize>(first: ParameterId) -> [Parameter; N] {
     let mut rows = [Parameter::PLAIN; N];
     let mut place = 0;
     while place < N {
         let id = ParameterId(first.0 + place as u8);
-        rows[place] =
-            Parameter::new(id, "Consumer heartbeat time", DataType::U32).within(0, 0x00FF_FFFF, 0);
+        let parameter = Parameter::new(id, "Consumer heartbeat time", DataType::U32);
+        put(&mut rows, place, parameter.within(0, 0x00FF_FFFF, 0));
         place += 1;
     }
     rows
 }
 
 /// Consumer heartbeat time (1016h). `first` is the id of its first parameter, `N` the number of entries plus 1.
-#[allow(clippy::indexing_slicing)] // evaluated at compile time only
 pub const fn consumers<const N: usize>(first: ParameterId) -> [Object; N] {
     let last = N as u8 - 1;
     let mut rows = [highest(0x1016, "Consumer heartbeat time", DataType::U8, last); N];
     let mut sub = 1;
     while sub < N {
-        rows[sub] = Object::parameter(0x1016, sub as u8, ParameterId(first.0 + sub as u8 - 1));
+        let id = ParameterId(first.0 + sub as u8 - 1);
+        put(&mut rows, sub, Object::parameter(0x1016, sub as u8, id));
         sub += 1;
     }
     rows
@@ -410,24 +406,22 @@ pub const fn entry(index: u16, sub: u8, bits: u8) -> u32 {
 
 /// The fixed mapping of TPDO `number` (from 0; 1A00h and following): a name and an [`entry`] for each object. `N` is the number
 /// of entries plus 1.
-#[allow(clippy::indexing_slicing)] // evaluated at compile time only
+#[track_caller]
 pub const fn mapping<const N: usize>(
     number: u8,
     group: &'static str,
     entries: &[(&'static str, u32)],
 ) -> [Object; N] {
-    assert!(
-        entries.len() + 1 == N,
-        "the mapping needs one row more than its entries"
-    );
     let index = 0x1A00 + number as u16;
+    Mistake::Object(index, 0).unless(
+        entries.len() + 1 == N,
+        "`mapping::<N>` needs one row more than its entries",
+    );
     let mut rows = [highest(index, group, DataType::U8, entries.len() as u8); N];
-    let mut row = 1;
-    while row < N {
-        let (name, entry) = entries[row - 1];
-        rows[row] = constant(index, row as u8, name, DataType::U32, entry);
-        row += 1;
-    }
+    each!(place, (name, entry) in entries => {
+        let row = constant(index, place as u8 + 1, name, DataType::U32, *entry);
+        put(&mut rows, place + 1, row);
+    });
     rows
 }
 

@@ -16,6 +16,7 @@ use super::protocol::{ContextOf, Services};
 use super::row::Kind;
 use super::sdo::Written;
 use crate::param::{ParameterSet, Parameters};
+use crate::walk::each;
 
 /// The sub-index with all parameters.
 const ALL: u8 = 1;
@@ -36,15 +37,12 @@ pub(super) const fn indices(groups: &[(u16, u16)], sub: u8) -> Option<(u16, u16)
 }
 
 /// Whether the dictionary stores or restores groups.
-#[allow(clippy::indexing_slicing)] // evaluated at compile time only
 const fn has_groups(objects: &[Object]) -> bool {
-    let mut row = 0;
-    while row < objects.len() {
-        if let Target::Service(Service::StoreGroup | Service::RestoreGroup) = objects[row].target {
+    each!(object in objects => {
+        if let Target::Service(Service::StoreGroup | Service::RestoreGroup) = object.target {
             return true;
         }
-        row += 1;
-    }
+    });
     false
 }
 

@@ -10,7 +10,7 @@
 //!       |      2..4 type, 0 readable, 1 writable           | index of a text    |
 //!       +--------------------------------------------------+--------------------+
 //!
-//!  ids  bits 0..7 parameter, 8..15 value, 16 mappable, 18 real number of 64 bits
+//!  ids  bits 0..7 parameter, 8..15 value, 16 mappable
 //!  service  bits 0..7 service, or 0..7 place in the own objects and 17 own, 16 mappable
 //! ```
 
@@ -20,6 +20,7 @@ use super::pdo::{Entry, Source};
 use super::sdo::message::Address;
 use crate::mistake::Mistake;
 use crate::param::{DataType, Parameter, ParameterId, ParameterSet, Quantity, ValueId};
+use crate::walk::{each, put};
 
 /// The kind of contents of a [`Row`].
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -49,9 +50,6 @@ const MAPPABLE: u32 = 1 << 16;
 /// In the target of a service: it is an own object of the product.
 const OWN: u32 = 1 << 17;
 
-/// In the target of a parameter: a real number of 64 bits.
-const REAL_64: u32 = 1 << 18;
-
 impl Row {
     /// The index in the object dictionary.
     pub const fn index(&self) -> u16 {
@@ -79,11 +77,6 @@ impl Row {
     /// Whether the object has 64 bits. Its row has the type of a text.
     pub(super) const fn is_wide(&self) -> bool {
         self.size() == 0 && matches!(self.kind(), Kind::Parameter | Kind::Value)
-    }
-
-    /// Whether the object is a parameter of the type REAL64.
-    pub(super) const fn is_real_64(&self) -> bool {
-        self.is_wide() && self.target & REAL_64 != 0
     }
 
     /// Whether it can be read.
@@ -217,30 +210,25 @@ const fn key(index: u16, sub: u8) -> u32 {
 
 /// Projects an object dictionary. A duplicate or unsorted row, a parameter in two rows, and an inconsistent row are compile
 /// errors.
-#[allow(clippy::indexing_slicing, clippy::panic)] // evaluated at compile time only
 #[track_caller]
 pub const fn rows<const N: usize>(
     objects: &[Object],
     parameters: &[Parameter],
     quantities: &[Quantity],
 ) -> [Row; N] {
-    assert!(objects.len() == N, "one row for each object");
     let mut rows = [Row {
         columns: 0,
         target: 0,
     }; N];
     let mut mapped = ParameterSet::EMPTY;
+    let mut after = 0;
     let mut texts = 0;
     let mut own = 0;
-    let mut row = 0;
-    while row < N {
-        let object = &objects[row];
+    each!(row, object in objects => {
         check(object);
-        let mistake = Mistake::in_object(object.index, object.sub);
-        mistake.unless(
-            row == 0 || end(&objects[row - 1]) <= key(object.index, object.sub),
-            "rows must be sorted",
-        );
+        let mistake = Mistake::Object(object.index, object.sub);
+        mistake.unless(after <= key(object.index, object.sub), "rows must be sorted");
+        after = end(object);
         let mappable = if object.mappable { MAPPABLE } else { 0 };
         let (kind, target) = match object.target {
             Target::Constant(number) => (Kind::Constant, number),
@@ -259,6 +247,7 @@ pub const fn rows<const N: usize>(
         if let Target::Text(_) = object.target {
             texts += 1;
         }
+        let data_type = object.data_type(parameters, quantities);
         if let Target::Parameter(id)
         | Target::CobId(id)
         | Target::FreeCobId(id)
@@ -266,6 +255,9 @@ pub const fn rows<const N: usize>(
         {
             mistake.unless(!mapped.contains(id), "this parameter is in two rows");
             mapped = mapped.with(id);
+            if data_type.is_wide() {
+                mapped = mapped.with(ParameterId(id.0 + 1));
+            }
         }
         let mut columns = key(object.index, object.sub) << 8 | object.access.bits();
         // A configuration tool writes them back, although they are read-only.
@@ -275,32 +267,22 @@ pub const fn rows<const N: usize>(
             columns |= Access::Wo.bits();
         }
         columns |= (kind as u32) << KIND;
-        let data_type = object.data_type(parameters, quantities);
         // Bits 0 to 2 are the form in which the device handles it.
         columns |= (data_type as u32 & 7) << DATA_TYPE;
-        let is_real_64 = matches!(data_type, DataType::Real64);
         mistake.unless(
             !data_type.is_wide()
                 || matches!(object.target, Target::Parameter(_) | Target::Value(_)),
             "only a parameter or a value has 64 bits",
         );
-        let target = match object.target {
-            Target::Parameter(id) if data_type.is_wide() => {
-                mapped = mapped.with(ParameterId(id.0 + 1));
-                target | if is_real_64 { REAL_64 } else { 0 }
-            }
-            _ => target,
-        };
-        rows[row] = Row { columns, target };
-        row += 1;
-    }
+        put(&mut rows, row, Row { columns, target });
+    });
     rows
 }
 
 /// Checks that a row is consistent.
 #[track_caller]
 const fn check(object: &Object) {
-    let mistake = Mistake::in_object(object.index, object.sub);
+    let mistake = Mistake::Object(object.index, object.sub);
     mistake.unless(
         object.count >= 1 && object.sub as u32 + object.count as u32 <= 256,
         "there is no sub-index, or one above 255",
@@ -339,30 +321,21 @@ const fn end(object: &Object) -> u32 {
 }
 
 /// The number of constant texts.
-#[allow(clippy::indexing_slicing)] // evaluated at compile time only
 pub const fn text_count(objects: &[Object]) -> usize {
-    let (mut count, mut row) = (0, 0);
-    while row < objects.len() {
-        if let Target::Text(_) = objects[row].target {
-            count += 1;
-        }
-        row += 1;
-    }
+    let mut count = 0;
+    each!(object in objects => { count += matches!(object.target, Target::Text(_)) as usize });
     count
 }
 
 /// The texts of all rows with a constant text.
-#[allow(clippy::indexing_slicing)] // evaluated at compile time only
 pub const fn texts<const N: usize>(objects: &[Object]) -> [&'static str; N] {
-    let mut texts = [""; N];
-    let (mut place, mut row) = (0, 0);
-    while row < objects.len() {
-        if let Target::Text(text) = objects[row].target {
-            texts[place] = text;
+    let (mut texts, mut place) = ([""; N], 0);
+    each!(object in objects => {
+        if let Target::Text(text) = object.target {
+            put(&mut texts, place, text);
             place += 1;
         }
-        row += 1;
-    }
+    });
     texts
 }
 

@@ -1,7 +1,9 @@
 //! The objects that the protocol itself uses, found in the object dictionary of a product at compile time.
 
 use super::dictionary::{Object, Target, object_at};
+use crate::mistake::Mistake;
 use crate::param::{ParameterId, Setting};
+use crate::walk::{each, put};
 
 impl Setting {
     /// The setting at an address; 0 if there is no object.
@@ -10,7 +12,7 @@ impl Setting {
     }
 
     /// The setting at an address; `default` if there is no object.
-    #[allow(clippy::panic)] // evaluated at compile time only
+    #[track_caller]
     pub const fn at_or(objects: &[Object], index: u16, sub: u8, default: u32) -> Self {
         match object_at(objects, index, sub) {
             None => Self::Constant(default),
@@ -19,7 +21,9 @@ impl Setting {
                     Self::Parameter(id)
                 }
                 Target::Constant(number) => Self::Constant(number),
-                _ => panic!("the protocol needs a parameter or a constant here"),
+                _ => Mistake::Object(index, sub)
+                    .text("the protocol needs a parameter or a constant here")
+                    .fail(),
             },
         }
     }
@@ -33,23 +37,23 @@ pub type TpdoSettings = [ParameterId; 4];
 const NONE: ParameterId = ParameterId(u8::MAX);
 
 /// The communication parameters of the first `N` TPDOs.
-#[allow(clippy::indexing_slicing, clippy::panic)] // evaluated at compile time only
+#[track_caller]
 pub const fn tpdo_settings<const N: usize>(objects: &[Object]) -> [TpdoSettings; N] {
     let mut settings = [[NONE; 4]; N];
     let mut number = 0;
     while number < N {
-        let mut place = 0;
-        while place < 4 {
-            let sub = [1, 2, 3, 5][place];
-            match Setting::at(objects, 0x1800 + number as u16, sub) {
-                Setting::Parameter(id) => settings[number][place] = id,
+        let index = 0x1800 + number as u16;
+        let mut own = [NONE; 4];
+        each!(place, sub in &[1, 2, 3, 5] => {
+            match Setting::at(objects, index, *sub) {
+                Setting::Parameter(id) => put(&mut own, place, id),
                 Setting::Constant(0) => {}
-                Setting::Constant(_) => {
-                    panic!("the communication parameter of a TPDO must be parameters")
-                }
+                Setting::Constant(_) => Mistake::Object(index, *sub)
+                    .text("the communication parameter of a TPDO must be parameters")
+                    .fail(),
             }
-            place += 1;
-        }
+        });
+        put(&mut settings, number, own);
         number += 1;
     }
     settings

@@ -4,30 +4,28 @@ use super::Abort;
 use super::dictionary::Object;
 use super::objects::is_busy;
 use super::pdo::Entry;
-use super::product::{Product, TableOf};
+use super::product::{ParametersOf, Product, TableOf};
 use super::protocol::{ContextOf, Services};
 use super::row::{Kind, Row};
 use super::sdo::Written;
 use crate::application::{Application, Effect, Values};
-use crate::param::{Parameter, ParameterId, Quantity, Table, is_nan_64, number};
+use crate::param::{Parameter, ParameterId, Quantity, Table, number};
+use crate::walk::each;
 
 /// The size of the numbers in bytes.
 pub(super) const SIZE: u8 = 8;
 
 /// Whether an object has 64 bits.
-#[allow(clippy::indexing_slicing)] // evaluated at compile time only
 pub(super) const fn has_wide(
     objects: &[Object],
     parameters: &[Parameter],
     quantities: &[Quantity],
 ) -> bool {
-    let mut row = 0;
-    while row < objects.len() {
-        if objects[row].data_type(parameters, quantities).is_wide() {
+    each!(object in objects => {
+        if object.data_type(parameters, quantities).is_wide() {
             return true;
         }
-        row += 1;
-    }
+    });
     false
 }
 
@@ -58,7 +56,7 @@ impl<P: Product> Services<P> {
     /// The number in an object of 64 bits.
     pub(super) fn wide_number(cx: &ContextOf<P>, row: &Row) -> u64 {
         match row.kind() {
-            Kind::Parameter => wide_parameter::<P>(cx, row.id()),
+            Kind::Parameter => cx.parameters.get_wide(row.id()),
             _ => cx.values.wide(row.value_id()),
         }
     }
@@ -73,12 +71,10 @@ impl<P: Product> Services<P> {
         let (lower, upper) = data.split_at_checked(4).ok_or(Abort::TooShort)?;
         let (lower, upper) = (number(lower), number(upper));
         let value = u64::from(upper) << 32 | u64::from(lower);
-        if row.is_real_64() && is_nan_64(value) {
-            return Err(Abort::Value);
-        }
         let id = row.id();
+        ParametersOf::<P>::check_wide(id, value)?;
         // The value in force is accepted in each state.
-        if value == wide_parameter::<P>(cx, id) {
+        if value == cx.parameters.get_wide(id) {
             return Ok(Written::Done);
         }
         if is_busy::<P>(self, cx, id) {
@@ -96,11 +92,6 @@ impl<P: Product> Services<P> {
         cx.apply();
         Ok(self.carry_out(cx, effect))
     }
-}
-
-/// The number of a parameter of 64 bits.
-pub(super) fn wide_parameter<P: Product>(cx: &ContextOf<P>, id: ParameterId) -> u64 {
-    u64::from(cx.parameters.get(next(id))) << 32 | u64::from(cx.parameters.get(id))
 }
 
 /// The parameter with the upper 32 bits.

@@ -8,13 +8,14 @@
 //!
 //! All functions are evaluated at compile time. An inconsistent description is a compile error.
 
-use super::table::{Assembly, Object, Product, Source};
+use super::table::{Assembly, Object, Source};
 use crate::param::{Parameter, ParameterId, Quantity, ValueId};
+use crate::walk::{each, put};
 
 pub use super::consistency::check;
 
 /// The most words of an assembly: they fit into a frame.
-const WORDS: usize = 4;
+pub(super) const WORDS: usize = 4;
 
 /// An object of the vendor.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -118,7 +119,6 @@ impl AssemblyRow {
 }
 
 /// The objects of the vendor in the form that the device uses.
-#[allow(clippy::indexing_slicing)] // evaluated at compile time only
 pub const fn objects<const N: usize>(objects: &[Object]) -> [ObjectRow; N] {
     let mut rows = [ObjectRow {
         class: 0,
@@ -126,111 +126,64 @@ pub const fn objects<const N: usize>(objects: &[Object]) -> [ObjectRow; N] {
         first: 0,
         count: 0,
     }; N];
-    let (mut place, mut first) = (0, 0);
-    while place < N {
-        let object = &objects[place];
-        assert!(
-            object.class >= 0x64 && object.class <= 0xC7,
-            "the class of a vendor is 64h to C7h"
-        );
-        assert!(
-            object.revision >= 1 && object.revision <= 255,
-            "the revision of a class is 1 to 255"
-        );
-        let mut other = 0;
-        while other < place {
-            assert!(
-                objects[other].class != object.class,
-                "two objects have the same class"
-            );
-            other += 1;
-        }
-        rows[place] = ObjectRow {
+    let mut first = 0;
+    each!(place, object in objects => {
+        let count = object.attributes.len() as u8;
+        let row = ObjectRow {
             class: object.class,
             revision: object.revision as u8,
             first,
-            count: object.attributes.len() as u8,
+            count,
         };
-        first += object.attributes.len() as u8;
-        place += 1;
-    }
+        put(&mut rows, place, row);
+        first += count;
+    });
     rows
 }
 
 /// The number of attributes of all objects.
-#[allow(clippy::indexing_slicing)] // evaluated at compile time only
 pub const fn attribute_count(objects: &[Object]) -> usize {
-    let (mut count, mut place) = (0, 0);
-    while place < objects.len() {
-        count += objects[place].attributes.len();
-        place += 1;
-    }
-    assert!(count < 256, "too many attributes");
+    let mut count = 0;
+    each!(object in objects => { count += object.attributes.len() });
     count
 }
 
 /// The number of constant attributes.
-#[allow(clippy::indexing_slicing)] // evaluated at compile time only
 pub const fn constant_count(objects: &[Object]) -> usize {
-    let (mut count, mut place) = (0, 0);
-    while place < objects.len() {
-        let mut row = 0;
-        while row < objects[place].attributes.len() {
-            if let Source::Constant(..) = objects[place].attributes[row].source {
-                count += 1;
-            }
-            row += 1;
-        }
-        place += 1;
-    }
+    let mut count = 0;
+    each!(object in objects => {
+        each!(attribute in object.attributes => {
+            count += matches!(attribute.source, Source::Constant(..)) as usize;
+        });
+    });
     count
 }
 
 /// Projects the constants, in the order of the attributes.
-#[allow(clippy::indexing_slicing)] // evaluated at compile time only
 pub const fn constants<const N: usize>(objects: &[Object]) -> [u32; N] {
-    let mut constants = [0; N];
-    let (mut count, mut place) = (0, 0);
-    while place < objects.len() {
-        let mut row = 0;
-        while row < objects[place].attributes.len() {
-            if let Source::Constant(data_type, number) = objects[place].attributes[row].source {
-                let size = data_type.size();
-                assert!(size > 0, "a constant attribute is a number");
-                assert!(
-                    size == 4 || number >> (8 * size) == 0,
-                    "a constant does not fit its type"
-                );
-                constants[count] = number;
+    let (mut constants, mut count) = ([0; N], 0);
+    each!(object in objects => {
+        each!(attribute in object.attributes => {
+            if let Source::Constant(_, number) = attribute.source {
+                put(&mut constants, count, number);
                 count += 1;
             }
-            row += 1;
-        }
-        place += 1;
-    }
+        });
+    });
     constants
 }
 
 /// Projects the attributes of all objects.
-#[allow(clippy::indexing_slicing)] // evaluated at compile time only
 pub const fn attributes<const N: usize>(
     objects: &[Object],
     parameters: &[Parameter],
     quantities: &[Quantity],
 ) -> [AttributeRow; N] {
     let mut rows = [AttributeRow::EMPTY; N];
-    let (mut count, mut constant, mut own, mut place) = (0, 0, 0, 0);
-    while place < objects.len() {
-        let (mut row, mut last) = (0, 0);
-        while row < objects[place].attributes.len() {
-            let attribute = &objects[place].attributes[row];
-            assert!(
-                attribute.number > last,
-                "the attributes of an object must be sorted by number"
-            );
-            last = attribute.number;
+    let (mut count, mut constant, mut own) = (0, 0, 0);
+    each!(object in objects => {
+        each!(attribute in object.attributes => {
             let data_type = attribute.source.data_type(parameters, quantities);
-            assert!(!data_type.is_wide(), "an attribute has at most 32 bits");
             let (kind, source) = match attribute.source {
                 Source::Parameter(id) => (PARAMETER, id.0),
                 Source::Value(id) => (VALUE, id.0),
@@ -243,98 +196,37 @@ pub const fn attributes<const N: usize>(
                     (OWN, own - 1)
                 }
             };
-            assert!(
-                kind == PARAMETER || kind == OWN || !attribute.settable,
-                "only a parameter or an own attribute is settable"
-            );
-            rows[count] = AttributeRow {
+            let row = AttributeRow {
                 number: attribute.number,
                 source,
                 form: data_type as u8 & 7 | kind | if attribute.settable { SETTABLE } else { 0 },
             };
+            put(&mut rows, count, row);
             count += 1;
-            row += 1;
-        }
-        place += 1;
-    }
+        });
+    });
     rows
 }
 
-/// Checks that each attribute with [`Source::Own`] has its functions.
-#[allow(clippy::indexing_slicing)] // evaluated at compile time only
-pub const fn check_own<P: Product>() {
-    let (mut own, mut place) = (0, 0);
-    while place < P::OBJECTS.len() {
-        let object = &P::OBJECTS[place];
-        let mut row = 0;
-        while row < object.attributes.len() {
-            if let Source::Own(data_type) = object.attributes[row].source {
-                assert!(data_type.size() > 0, "an own attribute is a number");
-                assert!(
-                    own < P::OWN.len()
-                        && P::OWN[own].class == object.class
-                        && P::OWN[own].attribute == object.attributes[row].number,
-                    "an own attribute has no functions in OWN, or not in the order of the objects"
-                );
-                own += 1;
-            }
-            row += 1;
-        }
-        place += 1;
-    }
-    assert!(
-        own == P::OWN.len(),
-        "functions in OWN of an attribute that does not exist"
-    );
-}
-
-/// The assemblies in the form that the device uses. An inconsistent one is a compile error.
-#[allow(clippy::indexing_slicing)] // evaluated at compile time only
-pub const fn assemblies<const N: usize>(
-    assemblies: &[Assembly],
-    quantities: &[Quantity],
-) -> [AssemblyRow; N] {
-    assert!(N > 0, "a product needs an assembly");
+/// The assemblies in the form that the device uses.
+pub const fn assemblies<const N: usize>(assemblies: &[Assembly]) -> [AssemblyRow; N] {
     let mut rows = [AssemblyRow {
         instance: 0,
         count: 0,
         words: [0; WORDS],
     }; N];
-    let mut place = 0;
-    while place < N {
-        let Assembly {
-            instance, words, ..
-        } = assemblies[place];
-        assert!(instance >= 1, "the instance of an assembly is 1 to 255");
-        assert!(
-            !words.is_empty() && words.len() <= WORDS,
-            "an assembly has one to four words"
-        );
-        let mut other = 0;
-        while other < place {
-            assert!(
-                rows[other].instance != instance,
-                "two assemblies have the same instance"
-            );
-            other += 1;
-        }
-        let mut row = AssemblyRow {
-            instance,
-            count: words.len() as u8,
-            words: [0; WORDS],
+    each!(place, assembly in assemblies => {
+        let mut words = [0; WORDS];
+        each!(word, id in assembly.words => { put(&mut words, word, id.0) });
+        let row = AssemblyRow {
+            instance: assembly.instance,
+            count: assembly.words.len() as u8,
+            words,
         };
-        let mut word = 0;
-        while word < words.len() {
-            let id = words[word];
-            assert!(
-                quantities[id.0 as usize].data_type.size() == 2,
-                "the words of an assembly have 16 bits"
-            );
-            row.words[word] = id.0;
-            word += 1;
-        }
-        rows[place] = row;
-        place += 1;
-    }
+        put(&mut rows, place, row);
+    });
     rows
 }
+
+#[cfg(test)]
+mod tests;

@@ -10,6 +10,7 @@ use crate::can::BitRate;
 use crate::node::Context;
 use crate::param::{DataType, Parameter, ParameterId, Parameters, Quantity, Refused, ValueId};
 use crate::store::ImageId;
+use crate::walk::at;
 
 /// The source of the value of an attribute.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -50,11 +51,10 @@ impl<A: Application> Own<A> {
 
 impl Source {
     /// The type of the number.
-    #[allow(clippy::indexing_slicing)] // evaluated at compile time only
     pub const fn data_type(self, parameters: &[Parameter], quantities: &[Quantity]) -> DataType {
         match self {
-            Self::Parameter(id) => parameters[id.0 as usize].data_type,
-            Self::Value(id) => quantities[id.0 as usize].data_type,
+            Self::Parameter(id) => at(parameters, id.0 as usize).data_type,
+            Self::Value(id) => at(quantities, id.0 as usize).data_type,
             Self::Constant(data_type, _) | Self::Own(data_type) => data_type,
         }
     }

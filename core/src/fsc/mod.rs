@@ -10,6 +10,7 @@
 //! - [`Fsc`]: the protocol: requests, sync frames and cyclic mode;
 //! - [`FscNode`]: a node with this protocol.
 
+mod consistency;
 mod cyclic;
 mod node;
 pub mod projection;

@@ -9,9 +9,14 @@
 //! A group contains the codes with the same upper four bits. It has a row for each code from its first to its last one. Codes
 //! between them that the product does not have are filler rows.
 
-use super::table::{Access, Function, Operation, Own, Roles, Source};
-use crate::application::Application;
+use super::table::{Access, Function, Operation, Roles, Source};
 use crate::param::{Constraint, Parameter, ParameterId, ParameterSet, Quantity, ValueId};
+use crate::walk::{at, each, put};
+
+pub use super::consistency::check;
+
+/// The index of no row: a group without codes begins there. All rows are before it.
+pub(super) const LAST: usize = 0xF0;
 
 /// The function select codes of a product.
 #[derive(Clone, Copy, Debug)]
@@ -49,17 +54,14 @@ impl Codes {
         self.items.get(first..first + count).unwrap_or(&[])
     }
 
-    /// The row of the function with this operation.
-    #[allow(clippy::indexing_slicing, clippy::panic)] // evaluated at compile time only
+    /// The row of the function with this operation, which each product has.
     pub(super) const fn row_of(&self, operation: Operation) -> Row {
-        let mut row = 0;
-        while row < self.rows.len() {
-            if self.rows[row].operation as u8 == operation as u8 && !self.rows[row].is_filler() {
-                return self.rows[row];
+        each!(row in self.rows => {
+            if row.operation as u8 == operation as u8 && !row.is_filler() {
+                return *row;
             }
-            row += 1;
-        }
-        panic!("the product has no function with this operation")
+        });
+        Row::filler(0)
     }
 }
 
@@ -152,17 +154,15 @@ const SOFTWARE_VERSION: u8 = COUNTER + 4;
 const ACTIVE_SET_ID: u8 = COUNTER + 5;
 
 impl Item {
-    const fn new(source: Source, parameters: &[Parameter], quantities: &[Quantity]) -> Self {
+    pub(super) const fn new(
+        source: Source,
+        parameters: &[Parameter],
+        quantities: &[Quantity],
+    ) -> Self {
         let size = source.data_type(parameters, quantities).size();
         let source = match source {
-            Source::Parameter(id) => {
-                assert!(id.0 < VALUES);
-                id.0
-            }
-            Source::Value(id) => {
-                assert!(id.0 < COUNTER - VALUES);
-                VALUES + id.0
-            }
+            Source::Parameter(id) => id.0,
+            Source::Value(id) => VALUES + id.0,
             Source::Counter => COUNTER,
             Source::ProductNumber => PRODUCT_NUMBER,
             Source::Revision => REVISION,
@@ -196,20 +196,17 @@ impl Item {
     }
 }
 
-/// The signature of the function with this operation.
-#[allow(clippy::indexing_slicing, clippy::panic)] // evaluated at compile time only
+/// The signature of the function with this operation, which each product has.
 pub(super) const fn signature_of(
     functions: &'static [Function],
     operation: Operation,
 ) -> &'static [u8] {
-    let mut row = 0;
-    while row < functions.len() {
-        if functions[row].operation as u8 == operation as u8 {
-            return functions[row].signature;
+    each!(function in functions => {
+        if function.operation as u8 == operation as u8 {
+            return function.signature;
         }
-        row += 1;
-    }
-    panic!("the product has no function with this operation")
+    });
+    &[]
 }
 
 /// The codes and rows of a group.
@@ -222,108 +219,60 @@ struct Group {
     start: usize,
 }
 
-/// The groups, and the total number of rows. The same code twice is a compile error.
-#[allow(clippy::indexing_slicing)] // evaluated at compile time only
+/// The groups, and the total number of rows.
 const fn layout(access: &[Access], functions: &[Function]) -> ([Group; 16], usize) {
-    let mut used = [false; 256];
-    let mut code = 0;
-    while code < 2 * access.len() + functions.len() {
-        let (number, ..) = code_at(access, functions, code);
-        assert!(!used[number as usize], "two functions with one code");
-        used[number as usize] = true;
-        code += 1;
-    }
-    let none = Group {
+    let mut groups = [Group {
         first: 16,
         last: 0,
         start: 0,
-    };
-    let (mut groups, mut count, mut number) = ([none; 16], 0, 0);
-    while number < 256 {
-        let group = &mut groups[number / 16];
-        if used[number] {
-            if group.first == 16 {
-                group.first = number % 16;
-            }
-            group.last = number % 16;
-        }
-        number += 1;
-        if number % 16 == 0 && group.first < 16 {
-            group.start = count;
+    }; 16];
+    let mut place = 0;
+    while place < 2 * access.len() + functions.len() {
+        let (code, ..) = code_at(access, functions, place);
+        let mut group = *at(&groups, code as usize / 16);
+        let row = code as usize % 16;
+        group.first = if row < group.first { row } else { group.first };
+        group.last = if row > group.last { row } else { group.last };
+        put(&mut groups, code as usize / 16, group);
+        place += 1;
+    }
+    let (unplaced, mut count) = (groups, 0);
+    each!(place, group in &unplaced => {
+        if group.first < 16 {
+            put(&mut groups, place, Group { start: count, ..*group });
             count += group.last - group.first + 1;
         }
-    }
-    assert!(count < 0xF0, "too many codes");
+    });
     (groups, count)
 }
 
 /// The code, operation and number of fields at a position: first the codes that read and write, then the others.
-#[allow(clippy::indexing_slicing)] // evaluated at compile time only
 const fn code_at(
     access: &[Access],
     functions: &[Function],
     place: usize,
 ) -> (u8, Operation, usize) {
     if place < 2 * access.len() {
-        let access = &access[place / 2];
+        let access = at(access, place / 2);
         let count = access.parameters.len();
-        assert!(count > 0, "access to no parameter");
         return match place % 2 {
             0 => (access.read, Operation::Read, count),
             _ => (access.write, Operation::Write, count),
         };
     }
-    let function = &functions[place - 2 * access.len()];
-    assert!(!matches!(function.operation, Operation::Write));
+    let function = at(functions, place - 2 * access.len());
     (function.code, function.operation, function.reply.len())
 }
 
-/// Checks that each code with [`Operation::Own`] has its function.
-#[allow(clippy::indexing_slicing)] // evaluated at compile time only
-pub const fn check_own(functions: &[Function], codes: &[u8]) {
-    let (mut place, mut row) = (0, 0);
-    while row < functions.len() {
-        if let Operation::Own = functions[row].operation {
-            assert!(
-                place < codes.len() && codes[place] == functions[row].code,
-                "a code with an own operation has no function in OWN, or not in its order"
-            );
-            assert!(
-                functions[row].reply.is_empty(),
-                "the reply of an own operation comes from its function"
-            );
-            place += 1;
-        }
-        row += 1;
-    }
-    assert!(
-        place == codes.len(),
-        "a function in OWN has no code with an own operation"
-    );
-}
-
-/// The codes of own functions.
-#[allow(clippy::indexing_slicing)] // evaluated at compile time only
-pub const fn own_codes<A: Application, const N: usize>(own: &[Own<A>]) -> [u8; N] {
-    let (mut codes, mut place) = ([0; N], 0);
-    while place < N {
-        codes[place] = own[place].code;
-        place += 1;
-    }
-    codes
-}
-
 /// For each group, the index of its row n0h, as in [`Codes`]. The group of a code is its upper four bits.
-#[allow(clippy::indexing_slicing)] // evaluated at compile time only
 pub const fn groups(access: &[Access], functions: &[Function]) -> [u8; 16] {
     let (layout, _) = layout(access, functions);
-    let (mut groups, mut group) = ([0xF0; 16], 0);
-    while group < 16 {
-        if layout[group].first < 16 {
-            groups[group] = (layout[group].start as u8).wrapping_sub(layout[group].first as u8);
+    let mut groups = [LAST as u8; 16];
+    each!(place, group in &layout => {
+        if group.first < 16 {
+            put(&mut groups, place, (group.start as u8).wrapping_sub(group.first as u8));
         }
-        group += 1;
-    }
+    });
     groups
 }
 
@@ -334,7 +283,6 @@ pub const fn row_count(access: &[Access], functions: &[Function]) -> usize {
 }
 
 /// The rows of all groups, in the order of their codes.
-#[allow(clippy::indexing_slicing)] // evaluated at compile time only
 pub const fn rows<const N: usize>(
     access: &[Access],
     functions: &[Function],
@@ -343,31 +291,34 @@ pub const fn rows<const N: usize>(
 ) -> [Row; N] {
     let (layout, _) = layout(access, functions);
     let mut rows = [Row::filler(0); N];
-    let mut group = 0;
-    while group < 16 {
-        let mut row = layout[group].first;
-        while row <= layout[group].last {
-            let position = (group << 4 | row) as u8;
-            rows[layout[group].start + row - layout[group].first] = Row::filler(position);
+    each!(place, group in &layout => {
+        let mut row = group.first;
+        while row <= group.last {
+            let position = (place << 4 | row) as u8;
+            put(&mut rows, group.start + row - group.first, Row::filler(position));
             row += 1;
         }
-        group += 1;
-    }
+    });
     let (mut place, mut first) = (0, 0);
     while place < 2 * access.len() + functions.len() {
         let (code, operation, count) = code_at(access, functions, place);
         let is_access = place < 2 * access.len();
         let mut form = count as u8;
         if is_access {
-            form |= flags(access[place / 2].parameters, roles, constraints);
+            form |= flags(at(access, place / 2).parameters, roles, constraints);
         }
-        let group = layout[code as usize / 16];
-        rows[group.start + code as usize % 16 - group.first] = Row {
+        let group = at(&layout, code as usize / 16);
+        let row = Row {
             code,
             operation,
             first,
             form,
         };
+        put(
+            &mut rows,
+            group.start + code as usize % 16 - group.first,
+            row,
+        );
         // The read and the write row have the same fields.
         if !is_access || place % 2 == 1 {
             first += count as u8;
@@ -378,50 +329,33 @@ pub const fn rows<const N: usize>(
 }
 
 /// The flags of a row that writes these parameters.
-#[allow(clippy::indexing_slicing)] // evaluated at compile time only
 const fn flags(parameters: &[ParameterId], roles: &Roles, constraints: &[Constraint]) -> u8 {
     let own = roles.own();
     let constrained = ParameterSet::constrained(constraints);
-    let (mut flags, mut row) = (0, 0);
-    while row < parameters.len() {
-        let id = parameters[row];
-        assert!(
-            row == 0 || own.contains(id) == own.contains(parameters[0]),
-            "a code that writes both protocol and application parameters"
-        );
-        if own.contains(id) {
+    let mut flags = 0;
+    each!(id in parameters => {
+        if own.contains(*id) {
             flags |= OWN;
         }
-        if constrained.contains(id) {
+        if constrained.contains(*id) {
             flags |= CONSTRAINED;
         }
         if id.0 == roles.cyclic_time.0 {
             flags |= CYCLIC_TIME;
         }
-        row += 1;
-    }
+    });
     flags
 }
 
 /// The number of items of [`items`]: the fields of all replies together.
-#[allow(clippy::indexing_slicing)] // evaluated at compile time only
 pub const fn item_count(access: &[Access], functions: &[Function]) -> usize {
     let mut count = 0;
-    let mut row = 0;
-    while row < access.len() {
-        count += access[row].parameters.len();
-        row += 1;
-    }
-    row = 0;
-    while row < functions.len() {
-        count += functions[row].reply.len();
-        row += 1;
-    }
+    each!(access in access => { count += access.parameters.len() });
+    each!(function in functions => { count += function.reply.len() });
     count
 }
 
-/// Projects the fields. More than six data bytes in a reply are a compile error.
-#[allow(clippy::indexing_slicing)] // evaluated at compile time only
+/// Projects the fields.
 pub const fn items<const N: usize>(
     access: &[Access],
     functions: &[Function],
@@ -430,35 +364,21 @@ pub const fn items<const N: usize>(
 ) -> [Item; N] {
     let mut items = [Item { source: 0, size: 0 }; N];
     let mut place = 0;
-    let mut row = 0;
-    while row < access.len() + functions.len() {
-        let (mut length, mut field) = (0, 0);
-        loop {
-            let source = if row < access.len() {
-                if field == access[row].parameters.len() {
-                    break;
-                }
-                Source::Parameter(access[row].parameters[field])
-            } else {
-                let reply = functions[row - access.len()].reply;
-                if field == reply.len() {
-                    break;
-                }
-                reply[field].source
-            };
-            items[place] = Item::new(source, parameters, quantities);
-            length += items[place].size;
+    each!(access in access => {
+        each!(id in access.parameters => {
+            let item = Item::new(Source::Parameter(*id), parameters, quantities);
+            put(&mut items, place, item);
             place += 1;
-            field += 1;
-        }
-        assert!(length <= DATA_MAX, "a reply has at most six data bytes");
-        row += 1;
-    }
+        });
+    });
+    each!(function in functions => {
+        each!(field in function.reply => {
+            put(&mut items, place, Item::new(field.source, parameters, quantities));
+            place += 1;
+        });
+    });
     items
 }
-
-/// The maximum number of data bytes of a reply after code and status.
-const DATA_MAX: u8 = 6;
 
 #[cfg(test)]
 mod tests;

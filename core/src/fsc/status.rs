@@ -7,6 +7,8 @@
 //! ```
 
 use crate::application::Faults;
+use crate::mistake::Mistake;
+use crate::walk::each;
 
 /// The condition that sets a bit of the status byte.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -50,7 +52,7 @@ pub(super) struct StatusMasks {
 impl StatusMasks {
     /// Projects the description. It is a compile error if a bit has two faults, or if the faults are not in the order of their
     /// bits.
-    #[allow(clippy::indexing_slicing)] // evaluated at compile time only
+    #[track_caller]
     pub const fn of(bits: &[StatusBit; 8]) -> Self {
         let mut masks = Self {
             default_param: 0,
@@ -60,30 +62,30 @@ impl StatusMasks {
             faults: Faults::NONE,
             shift: 0,
         };
-        let mut bit = 0;
-        while bit < 8 {
+        each!(bit, StatusBit { condition, .. } in bits => {
             let mask = 1 << bit;
-            match bits[bit as usize].condition {
+            match *condition {
                 Condition::Never => {}
                 Condition::DefaultParam => masks.default_param |= mask,
                 Condition::AutobaudDetection => masks.autobaud_detection |= mask,
                 Condition::EepromError => masks.eeprom_error |= mask,
                 Condition::CmdParamError => masks.cmd_param_error |= mask,
                 Condition::Fault(fault) => {
-                    assert!(fault.0.is_power_of_two(), "a bit with more than one fault");
+                    let mistake = Mistake::Row("status bit", bit);
+                    mistake.unless(fault.0.is_power_of_two(), "it has exactly one fault");
                     let place = fault.0.trailing_zeros();
+                    mistake.unless(place <= 8 + bit as u32, "this fault has no place in this bit");
                     // The offset of 8 keeps the shift from being negative; `of_faults` removes it.
-                    let shift = 8 + bit - place;
-                    assert!(
+                    let shift = 8 + bit as u32 - place;
+                    mistake.unless(
                         masks.faults.0 == 0 || masks.shift == shift,
-                        "faults must be in the order of their bits"
+                        "the faults must be in the order of their bits",
                     );
                     masks.shift = shift;
                     masks.faults = masks.faults.and(fault);
                 }
             }
-            bit += 1;
-        }
+        });
         masks
     }
 
@@ -124,14 +126,5 @@ mod tests {
         bits = [bit(Condition::Never); 8];
         bits[0] = bit(Condition::Fault(Faults::X));
         assert_eq!(StatusMasks::of(&bits).of_faults(Faults::X), 0x01);
-    }
-
-    #[test]
-    #[should_panic(expected = "in the order of their bits")]
-    fn faults_in_another_order_are_refused() {
-        let mut bits = [bit(Condition::Never); 8];
-        bits[4] = bit(Condition::Fault(Faults::Y));
-        bits[5] = bit(Condition::Fault(Faults::X));
-        StatusMasks::of(&bits);
     }
 }

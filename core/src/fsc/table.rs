@@ -11,6 +11,7 @@ use crate::node::{Context, ErrorPatterns, Pattern};
 use crate::param::{DataType, Parameter, ParameterId, ParameterSet, Quantity, ValueId};
 use crate::store::ImageId;
 use crate::text::Text;
+use crate::walk::{at, each};
 
 /// The source of a number in the data bytes of a reply.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -35,11 +36,10 @@ pub enum Source {
 
 impl Source {
     /// The type of the number.
-    #[allow(clippy::indexing_slicing)] // evaluated at compile time only
     pub const fn data_type(self, parameters: &[Parameter], quantities: &[Quantity]) -> DataType {
         match self {
-            Self::Parameter(id) => parameters[id.0 as usize].data_type,
-            Self::Value(id) => quantities[id.0 as usize].data_type,
+            Self::Parameter(id) => at(parameters, id.0 as usize).data_type,
+            Self::Value(id) => at(quantities, id.0 as usize).data_type,
             Self::ProductNumber | Self::SerialNumber | Self::ActiveSetId => DataType::U32,
             Self::Counter | Self::Revision | Self::SoftwareVersion => DataType::U16,
         }
@@ -156,15 +156,12 @@ pub struct Roles {
 
 impl Roles {
     /// The bit rate code for automatic detection; None if there is none.
-    #[allow(clippy::indexing_slicing)] // evaluated at compile time only
     pub(super) const fn automatic(&self) -> Option<u32> {
-        let mut row = 0;
-        while row < self.bit_rates.len() {
-            if self.bit_rates[row].is_none() {
-                return Some(row as u32);
+        each!(code, rate in self.bit_rates => {
+            if rate.is_none() {
+                return Some(code as u32);
             }
-            row += 1;
-        }
+        });
         None
     }
 
@@ -218,23 +215,20 @@ impl ArticleNumber {
     ///
     /// # Panics
     /// The text has another form; in a constant this does not compile.
-    #[allow(clippy::indexing_slicing)] // evaluated at compile time only
     pub const fn new(text: &'static str) -> Self {
-        let bytes = text.as_bytes();
-        let (mut digits, mut count, mut place) = (0, 0, 0);
-        while place < bytes.len() {
-            if bytes[place].is_ascii_digit() {
-                digits = 10 * digits + (bytes[place] - b'0') as u32;
+        let (mut digits, mut count) = (0, 0);
+        each!(letter in text.as_bytes() => {
+            if letter.is_ascii_digit() {
+                digits = 10 * digits + (*letter - b'0') as u32;
                 count += 1;
                 assert!(count <= 9, "an article number has at most nine digits");
             } else {
                 assert!(
-                    bytes[place] == b'-' || bytes[place].is_ascii_uppercase(),
+                    *letter == b'-' || letter.is_ascii_uppercase(),
                     "an article number has capital letters, dashes and digits"
                 );
             }
-            place += 1;
-        }
+        });
         Self { text, digits }
     }
 

@@ -7,6 +7,7 @@
 //! - [`Standalone`]: the protocol of a node that has only J1939, a [`J1939Node`].
 
 pub mod claim;
+mod consistency;
 pub mod diagnostics;
 pub mod groups;
 mod identification;
@@ -23,6 +24,7 @@ mod standalone;
 mod timers;
 pub mod transport;
 
+pub use consistency::Checked;
 pub use product::{Conditions, Product, Sent};
 pub use protocol::J1939;
 pub use receive::Proprietary;

@@ -21,7 +21,7 @@ const ARBITRARY: u64 = 1 << 63;
 const IDENTITY: u32 = 21;
 
 /// The place and the number of bits of each field of [`Name::new`].
-const FIELDS: [(u32, u32); 8] = [
+pub(super) const FIELDS: [(u32, u32); 8] = [
     (63, 1),
     (60, 3),
     (56, 4),

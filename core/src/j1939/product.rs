@@ -1,7 +1,8 @@
 //! The description of a product with the J1939 protocol.
 
-use super::diagnostics::{CODES, Code};
-use super::identifier::{PROPRIETARY_A, Pgn};
+use super::consistency::Checked;
+use super::diagnostics::Code;
+use super::identifier::Pgn;
 use super::signal::Group;
 use super::timers::Timers;
 use crate::application::Application;
@@ -9,7 +10,6 @@ use crate::can::BitRate;
 use crate::node::{Context, ErrorPatterns, Pattern};
 use crate::param::{ParameterId, Parameters, Setting};
 use crate::store::ImageId;
-use crate::store::unit::NAME;
 
 /// The part of the node of product `P` that the protocol can access.
 pub(super) type ContextOf<P> = Context<<P as Product>::Application>;
@@ -38,6 +38,8 @@ pub struct Sent<A: Application> {
 }
 
 /// A product with the J1939 protocol.
+///
+/// [`project!(groups)`](crate::project) checks the tables where they are written.
 pub trait Product: Sized + 'static {
     /// What the product measures, and what it does with the numbers that masters write.
     type Application: Application;
@@ -60,7 +62,7 @@ pub trait Product: Sized + 'static {
     const VERSION: &'static str;
     /// The type of the device in the identification.
     const TYPE: &'static str;
-    /// The diagnostic trouble codes, at most [`CODES`].
+    /// The diagnostic trouble codes, at most [`CODES`](super::diagnostics::CODES).
     const TROUBLES: &'static [Code] = &[];
     /// The error LED in each state of the bus.
     const ERROR_LED: ErrorPatterns = ErrorPatterns {
@@ -70,6 +72,8 @@ pub trait Product: Sized + 'static {
     };
     /// The identification of the stored parameters of this product.
     const IMAGE: ImageId;
+    /// The proof that the tables were checked.
+    const CHECKED: Checked;
 
     /// The bit rate after a start.
     fn bit_rate(parameters: &ParametersOf<Self>) -> BitRate {
@@ -100,38 +104,5 @@ pub trait Product: Sized + 'static {
     fn stored(node: &mut ContextOf<Self>, succeeded: bool) -> Option<[u8; 8]> {
         let _ = (node, succeeded);
         None
-    }
-}
-
-/// The identity number in the NAME and the groups are consistent. An error is a compile error.
-#[allow(clippy::indexing_slicing)] // evaluated at compile time only
-pub(super) const fn check<P: Product>() {
-    assert!(P::TROUBLES.len() <= CODES, "too many trouble codes");
-    assert!(P::MODEL.len() <= NAME, "the model is longer than a name");
-    assert!(
-        P::VERSION.len() <= NAME,
-        "the software version is longer than a name"
-    );
-    let texts = P::MAKE.len() + P::TYPE.len() + NAME;
-    // The separators, and a serial number of 32 bits.
-    assert!(
-        texts + 5 + 10 <= super::transport::MESSAGE,
-        "the identification is longer than a message"
-    );
-    assert!(
-        P::SENT.len() == P::GROUPS.len() && P::SENT.len() == P::Timers::COUNT,
-        "each group needs a row in SENT, a row in GROUPS and a timer"
-    );
-    let mut place = 0;
-    while place < P::SENT.len() {
-        assert!(
-            P::SENT[place].pgn == P::GROUPS[place].pgn,
-            "the rows of SENT and of GROUPS are not in the same order"
-        );
-        assert!(
-            P::SENT[place].pgn & 0xFF00 > PROPRIETARY_A,
-            "a group with this number is not sent to all nodes"
-        );
-        place += 1;
     }
 }

@@ -4,7 +4,7 @@
 use super::claim::{Claim, State};
 use super::diagnostics::Diagnostics;
 use super::name::Name;
-use super::product::{ContextOf, Product, check};
+use super::product::{ContextOf, Product};
 use super::timers::{Timer, Timers};
 use super::transport::{Incoming, Outgoing};
 use crate::application::{Faults, Values};
@@ -65,9 +65,6 @@ impl<P: Product> J1939<P> {
         product: PhantomData,
     };
 
-    /// Checks the tables of the product. Inconsistent tables are a compile error.
-    const CHECKED: () = check::<P>();
-
     /// Whether it is on the bus.
     pub fn is_started(&self) -> bool {
         self.claim.state() != State::Off
@@ -75,7 +72,6 @@ impl<P: Product> J1939<P> {
 
     /// Starts with the parameters of a start: claims the preferred address.
     pub fn start(&mut self, cx: &mut ContextOf<P>, rate: BitRate) {
-        let () = Self::CHECKED;
         self.stop();
         self.rate = rate;
         self.diagnostics = Diagnostics::OFF;

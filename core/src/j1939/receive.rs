@@ -14,7 +14,7 @@ use crate::can::{Filter, Frame};
 use crate::time::Instant;
 
 /// The largest address of a node.
-const LAST_ADDRESS: u8 = 253;
+pub(super) const LAST_ADDRESS: u8 = 253;
 
 /// The bits of an identifier that the acceptance filters compare: pages and PF, and the destination.
 const FORMAT: u32 = EXTENDED_DATA_PAGE | 0x01FF_0000;

@@ -6,6 +6,8 @@
 //! A number beyond its valid range is never sent limited: all its bits are 1 and its figure of merit is 3.
 
 use super::identifier::Pgn;
+use crate::mistake::Mistake;
+use crate::walk::{each, put};
 
 /// The quality of a value, as a figure of merit.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Default)]
@@ -160,9 +162,8 @@ enum Kind {
 
 /// Projects the signals of a group. A signal that does not fit into the frame, or whose scale has more than 31 bits, is a compile
 /// error.
-#[allow(clippy::indexing_slicing)] // evaluated at compile time only
+#[track_caller]
 pub const fn fields<const N: usize>(signals: &[Signal]) -> [Field; N] {
-    assert!(signals.len() == N, "one field for each signal");
     let mut fields = [Field {
         scale: 0,
         offset: 0,
@@ -171,18 +172,16 @@ pub const fn fields<const N: usize>(signals: &[Signal]) -> [Field; N] {
         kind: Kind::Ones,
         source: 0,
     }; N];
-    let mut place = 0;
-    while place < N {
-        fields[place] = field(&signals[place]);
-        place += 1;
-    }
+    each!(place, signal in signals => { put(&mut fields, place, field(Mistake::Item(signal.name), signal)) });
     fields
 }
 
-const fn field(signal: &Signal) -> Field {
-    assert!(
-        signal.start + signal.bits <= 64,
-        "the signal does not fit into the frame"
+/// Projects and checks a signal.
+#[track_caller]
+pub(super) const fn field(mistake: Mistake, signal: &Signal) -> Field {
+    mistake.unless(
+        signal.start as u32 + signal.bits as u32 <= 64,
+        "the signal does not fit into the frame",
     );
     let (kind, source, scale, offset) = match signal.contents {
         Contents::Value {
@@ -191,10 +190,15 @@ const fn field(signal: &Signal) -> Field {
             offset,
             ..
         } => {
+            mistake.unless(
+                signal.bits >= 8 && signal.bits <= 32,
+                "a value has 8 to 32 bits",
+            );
+            mistake.unless(value > 0 && divisor > 0, "the resolution is no fraction");
             let (unit, part) = unit_of(source);
             let (high, low) = ((unit * divisor) << FRACTION, part * value);
             let scale = (high + low / 2) / low;
-            assert!(scale < 1 << 31, "the resolution is too fine");
+            mistake.unless(scale < 1 << 31, "the resolution is too fine");
             let zero = -(offset as i64) * divisor as i64 / value as i64;
             (Kind::Value, source as u8, scale as i32, zero as i32)
         }

@@ -11,6 +11,7 @@
 //! pulse has at most 4 bits. Then it tries the next slower bit rate, then the measured one again.
 
 use crate::can::BitRate;
+use crate::walk::{each, put};
 
 /// The length of a bit, in units of 1/16 us.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
@@ -27,14 +28,9 @@ impl BitTime {
     }
 
     /// The bit times of [`BitRate::ALL`].
-    #[allow(clippy::indexing_slicing)] // evaluated at compile time only
     const ALL: [Self; BitRate::ALL.len()] = {
         let mut times = [Self(0); BitRate::ALL.len()];
-        let mut index = 0;
-        while index < times.len() {
-            times[index] = Self::of(BitRate::ALL[index]);
-            index += 1;
-        }
+        each!(place, rate in &BitRate::ALL => { put(&mut times, place, Self::of(*rate)) });
         times
     };
 

@@ -4,6 +4,7 @@
 //! compact list in which the device finds the value of a number.
 
 use super::Meaning;
+use crate::walk::{at, each, put};
 
 /// The numbers of a parameter, their names and their values.
 #[derive(Clone, Copy, Debug)]
@@ -11,57 +12,37 @@ pub struct Coding<T: Copy + 'static, const N: usize>(pub [(u16, &'static str, T)
 
 impl<T: Copy, const N: usize> Coding<T, N> {
     /// The numbers with their names, for [`Parameter::meanings`](super::Parameter::meanings).
-    #[allow(clippy::indexing_slicing)] // evaluated at compile time only
     pub const fn meanings(&self) -> [Meaning; N] {
         let mut meanings = [(0, ""); N];
-        let mut row = 0;
-        while row < N {
-            let (number, name, _) = self.0[row];
-            meanings[row] = (number as u32, name);
-            row += 1;
-        }
+        each!(row, (number, name, _) in &self.0 => {
+            put(&mut meanings, row, (*number as u32, *name));
+        });
         meanings
     }
 
     /// The numbers, for [`Permitted::OneOf`](super::Permitted::OneOf), if they need no names.
-    #[allow(clippy::indexing_slicing)] // evaluated at compile time only
     pub const fn numbers(&self) -> [u32; N] {
         let mut numbers = [0; N];
-        let mut row = 0;
-        while row < N {
-            let (number, ..) = self.0[row];
-            numbers[row] = number as u32;
-            row += 1;
-        }
+        each!(row, (number, ..) in &self.0 => { put(&mut numbers, row, *number as u32) });
         numbers
     }
 
     /// The values in a list indexed by number, for the device. The numbers must count from 0; otherwise there is a compile error.
-    #[allow(clippy::indexing_slicing)] // evaluated at compile time only
     pub const fn sequence(&self) -> [T; N] {
-        let (_, _, first) = self.0[0];
+        let (_, _, first) = *at(&self.0, 0);
         let mut values = [first; N];
-        let mut row = 0;
-        while row < N {
-            let (number, _, value) = self.0[row];
-            assert!(number as usize == row, "the numbers must count from 0");
-            values[row] = value;
-            row += 1;
-        }
+        each!(row, (number, _, value) in &self.0 => {
+            assert!(*number as usize == row, "the numbers must count from 0");
+            put(&mut values, row, *value);
+        });
         values
     }
 
     /// The numbers with their values, for the device, if the numbers do not count from 0.
-    #[allow(clippy::indexing_slicing)] // evaluated at compile time only
     pub const fn codes(&self) -> [(u16, T); N] {
-        let (_, _, first) = self.0[0];
+        let (_, _, first) = *at(&self.0, 0);
         let mut codes = [(0, first); N];
-        let mut row = 0;
-        while row < N {
-            let (number, _, value) = self.0[row];
-            codes[row] = (number, value);
-            row += 1;
-        }
+        each!(row, (number, _, value) in &self.0 => { put(&mut codes, row, (*number, *value)) });
         codes
     }
 }

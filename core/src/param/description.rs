@@ -1,5 +1,7 @@
 //! The description of a parameter.
 
+use crate::walk::each;
+
 /// The id of a parameter: its index in the table of the product.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -136,17 +138,13 @@ pub struct Ranges {
 
 impl Ranges {
     /// Whether `number` is in one of the ranges.
-    #[allow(clippy::indexing_slicing)] // within the length
     pub const fn contain(&self, number: u32) -> bool {
         let number = number << self.ignored_bits >> self.ignored_bits;
-        let mut row = 0;
-        while row < self.ranges.len() {
-            let (low, high) = self.ranges[row];
-            if low <= number && number <= high {
+        each!((low, high) in self.ranges => {
+            if *low <= number && number <= *high {
                 return true;
             }
-            row += 1;
-        }
+        });
         false
     }
 }
@@ -244,10 +242,24 @@ impl Parameter {
             name: "",
             data_type: DataType::U32,
             unit: "",
+            permitted: Permitted::Any,
             factory: (factory >> 32) as u32,
             ..self
         };
         [lower, upper]
+    }
+
+    /// The same with a permitted range and the factory value, as numbers without a decimal point. For a real number they are whole numbers.
+    /// The limits of an unsigned number are at most 2^63 - 1.
+    pub const fn wide_within(self, low: i64, high: i64, factory: i64) -> [Self; 2] {
+        let limited = Self {
+            permitted: Permitted::Range(low, high),
+            ..self
+        };
+        limited.wide(match self.data_type {
+            DataType::Real64 => (factory as f64).to_bits(),
+            _ => factory as u64,
+        })
     }
 }
 

@@ -1,7 +1,7 @@
 //! The macro that numbers the ids of parameters and values.
-#![allow(clippy::indexing_slicing, clippy::panic)] // evaluated at compile time only
 
 use super::{ParameterId, ValueId};
+use crate::walk::{at, each, put};
 
 /// Numbers the ids of the rows of a table, in their order, without a gap and without a duplicate.
 ///
@@ -58,26 +58,22 @@ macro_rules! ids {
 #[doc(hidden)]
 #[track_caller]
 pub const fn first(rows: &[(&str, usize)], name: &str) -> u8 {
-    let (mut first, mut row) = (0, 0);
-    while row < rows.len() {
-        let (other, count) = rows[row];
+    let mut first = 0;
+    each!((other, count) in rows => {
         if is_same(other, name) {
-            assert!(first <= u8::MAX as usize, "there are more than 256 ids");
-            return first as u8;
+            break;
         }
-        first += count;
-        row += 1;
-    }
-    panic!("no row has this name")
+        first += *count;
+    });
+    assert!(first <= u8::MAX as usize, "there are more than 256 ids");
+    first as u8
 }
 
 const fn is_same(one: &str, other: &str) -> bool {
     let (one, other) = (one.as_bytes(), other.as_bytes());
-    let mut place = 0;
-    while place < one.len() && place < other.len() && one[place] == other[place] {
-        place += 1;
-    }
-    place == one.len() && place == other.len()
+    let mut is_same = one.len() == other.len();
+    each!(place, letter in one => { is_same = is_same && *letter == *at(other, place) });
+    is_same
 }
 
 /// `N` ids from `first` on, each `width` after the one before.
@@ -86,7 +82,7 @@ pub const fn parameters<const N: usize>(first: u8, width: u8) -> [ParameterId; N
     let mut ids = [ParameterId(first); N];
     let mut place = 0;
     while place < N {
-        ids[place] = ParameterId(first + place as u8 * width);
+        put(&mut ids, place, ParameterId(first + place as u8 * width));
         place += 1;
     }
     ids
@@ -98,7 +94,7 @@ pub const fn values<const N: usize>(first: u8, width: u8) -> [ValueId; N] {
     let mut ids = [ValueId(first); N];
     let mut place = 0;
     while place < N {
-        ids[place] = ValueId(first + place as u8 * width);
+        put(&mut ids, place, ValueId(first + place as u8 * width));
         place += 1;
     }
     ids

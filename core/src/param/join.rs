@@ -1,5 +1,7 @@
 //! Tables from several arrays of rows.
 
+use crate::walk::{each, put};
+
 /// Joins arrays of parameters, one table from several.
 #[macro_export]
 macro_rules! parameters {
@@ -12,19 +14,15 @@ macro_rules! parameters {
 }
 
 /// Joins slices to one array with as many elements as all of them have; `filler` is overwritten.
-#[allow(clippy::indexing_slicing)] // evaluated at compile time only
+#[track_caller]
 pub const fn join<T: Copy, const N: usize>(parts: &[&[T]], filler: T) -> [T; N] {
-    let mut joined = [filler; N];
-    let (mut place, mut part) = (0, 0);
-    while part < parts.len() {
-        let mut row = 0;
-        while row < parts[part].len() {
-            joined[place] = parts[part][row];
+    let (mut joined, mut place) = ([filler; N], 0);
+    each!(part in parts => {
+        each!(row in part => {
+            put(&mut joined, place, *row);
             place += 1;
-            row += 1;
-        }
-        part += 1;
-    }
+        });
+    });
     assert!(place == N, "the table has another number of rows");
     joined
 }

@@ -48,6 +48,7 @@ mod row;
 mod set;
 mod setting;
 mod values;
+mod wide;
 
 pub use coding::{Coding, decode, meaning};
 pub use description::{
@@ -59,3 +60,4 @@ pub use row::{Limits, ParameterRow, Refused};
 pub use set::ParameterSet;
 pub use setting::Setting;
 pub use values::{Numbers, Parameters, Table, number};
+pub use wide::WideLimits;

@@ -1,6 +1,7 @@
 //! A set of parameters.
 
 use super::{Constraint, ParameterId};
+use crate::walk::each;
 
 /// A set of parameters: one bit for each.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
@@ -21,27 +22,22 @@ impl ParameterSet {
     /// The set of these parameters.
     pub const fn of(ids: &[ParameterId]) -> Self {
         let mut set = Self::EMPTY;
-        let mut place = 0;
-        while place < ids.len() {
-            set = set.with(ids[place]);
-            place += 1;
-        }
+        each!(id in ids => { set = set.with(*id) });
         set
     }
 
     /// The parameters that are part of one of these constraints.
     pub const fn constrained(constraints: &[Constraint]) -> Self {
-        let (mut set, mut row) = (Self::EMPTY, 0);
-        while row < constraints.len() {
+        let mut set = Self::EMPTY;
+        each!(constraint in constraints => {
             let (Constraint::Different(one, other)
             | Constraint::AtMost {
                 parameter: one,
                 other,
                 ..
-            }) = constraints[row];
+            }) = *constraint;
             set = set.with(one).with(other);
-            row += 1;
-        }
+        });
         set
     }
 

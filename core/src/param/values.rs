@@ -5,13 +5,14 @@
 //! missing values get their factory values. Any other change of the table requires another [`Table::LAYOUT`].
 
 use super::row::{Limits, ParameterRow, Refused};
+use super::wide::WideLimits;
 use super::{Constraint, Parameter, ParameterId};
 use core::fmt;
 use core::marker::PhantomData;
 
 /// The parameters of a product: their description, and the form that the device uses.
 ///
-/// [`project!(parameters)`](crate::project) derives `Numbers`, `FACTORY`, `PARAMETER_ROWS`, `POOL`, `STORED_SIZE` and `REALS`
+/// [`project!(parameters)`](crate::project) derives `Numbers`, `FACTORY`, `PARAMETER_ROWS`, `POOL`, `STORED_SIZE`, `REALS` and `WIDE_LIMITS`
 /// from `PARAMETERS` and `CONSTRAINTS`, so that they always match.
 pub trait Table: 'static {
     /// The description; the id of each row is its index.
@@ -33,6 +34,8 @@ pub trait Table: 'static {
     const STORED_SIZE: usize;
     /// Whether a parameter is a real number.
     const REALS: bool;
+    /// The limits of the parameters of 64 bits.
+    const WIDE_LIMITS: &'static [WideLimits];
 }
 
 /// An array with a number for each parameter.
@@ -93,6 +96,18 @@ impl<T: Table> Parameters<T> {
             Some(row) => Self::check_row(row, value),
             None => Err(Refused::NotPermitted),
         }
+    }
+
+    /// Whether a number is permitted for a parameter of 64 bits, without regard to the others.
+    pub fn check_wide(id: ParameterId, value: u64) -> Result<(), Refused> {
+        let limits = T::WIDE_LIMITS.iter().find(|limits| limits.id == id);
+        limits.map_or(Ok(()), |limits| limits.check(value))
+    }
+
+    /// The number of a parameter of 64 bits: that of its row and of the next one.
+    pub fn get_wide(&self, id: ParameterId) -> u64 {
+        let upper = ParameterId(id.0.wrapping_add(1));
+        u64::from(self.get(upper)) << 32 | u64::from(self.get(id))
     }
 
     fn check_row(row: ParameterRow, value: u32) -> Result<(), Refused> {
@@ -192,7 +207,9 @@ impl<T: Table> Parameters<T> {
             self.set(id, value);
             bytes = rest;
         }
-        self.is_consistent().then_some(())
+        let mut wide = T::WIDE_LIMITS.iter();
+        let fit = wide.all(|limits| limits.permit(self.get_wide(limits.id)));
+        (fit && self.is_consistent()).then_some(())
     }
 }
 

@@ -31,6 +31,7 @@
 //! from space to `~`.
 
 use super::ImageId;
+use crate::walk::{each, put};
 
 /// The length of the longest text.
 pub const NAME: usize = 32;
@@ -60,7 +61,6 @@ impl Name {
     ///
     /// # Panics
     /// The text is none of those of [`new`](Self::new); in a constant this does not compile.
-    #[allow(clippy::indexing_slicing)] // evaluated at compile time only
     pub const fn constant(text: &'static str) -> Self {
         let text = text.as_bytes();
         assert!(
@@ -68,15 +68,13 @@ impl Name {
             "a name has 1 to 32 characters"
         );
         let mut bytes = [0; NAME];
-        let mut place = 0;
-        while place < text.len() {
+        each!(place, letter in text => {
             assert!(
-                text[place] >= b' ' && text[place] <= b'~',
+                *letter >= b' ' && *letter <= b'~',
                 "a name has characters of ASCII"
             );
-            bytes[place] = text[place];
-            place += 1;
-        }
+            put(&mut bytes, place, *letter);
+        });
         Self {
             length: text.len() as u8,
             bytes,

@@ -5,18 +5,18 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::{env, fs};
 
-/// The product without mistakes.
-const PRODUCT: &str = include_str!("product.rs");
-
 /// The macro of each table, whose line the error shows.
 const PARAMETERS: &str = "plumbline::project!(parameters);";
 const OBJECTS: &str = "plumbline::project!(objects);";
+const FUNCTIONS: &str = "plumbline::project!(functions);";
+const ATTRIBUTES: &str = "plumbline::project!(attributes);";
+const GROUPS: &str = "plumbline::project!(groups);";
 
 /// A text of the product, another text in its place, the macro and the message.
 type Mistake = (&'static str, &'static str, &'static str, &'static str);
 
 #[rustfmt::skip]
-const MISTAKES: &[Mistake] = &[
+const CANOPEN: &[Mistake] = &[
     ("within(1, 100, 50)", "within(1, 100, 101)", PARAMETERS, "parameter 2 \"Limit\": the factory value must be permitted"),
     ("within(1, 100, 50)", "within(1, 256, 50)", PARAMETERS, "parameter 2 \"Limit\": the range must fit the type"),
     ("\"Request\", DataType::U8),", "\"Request\", DataType::U64),", PARAMETERS, "parameter 7 \"Request\": a parameter of 64 bits has two rows"),
@@ -44,6 +44,125 @@ const MISTAKES: &[Mistake] = &[
     // Without a stored request, each group has a range of indices.
     ("const KEPT: Option<Kept> = Some(Kept {\n        request: REQUEST,\n        history: HISTORY[0],\n    });\n", "const GROUPS: &'static [(u16, u16)] = &[];\n",
         OBJECTS, "object 1010h:04: there is no group of parameters for this sub-index"),
+    ("0x180)", "0x080)", OBJECTS, "object 1800h:01: the default COB-ID is that of an EMCY"),
+    ("0x180)", "0x580)", OBJECTS, "object 1800h:01: the default COB-ID is not free with the node-ID 1"),
+    ("profile::error_history(2),", "", OBJECTS, "object 1003h:01: the dictionary has 0 errors, the capacity of the error history is 2"),
+    (", profile::ERROR_REGISTER]", ", profile::constant(0x1001, 0, \"\", DataType::U8, 0)]", OBJECTS, "object 1001h:00: the error register is a service of the node"),
+    ("Object::parameter(0x2100, 0, LIMIT)", "profile::service(0x2100, 0, \"\", DataType::U32, plumbline::canopen::dictionary::Access::Rw, SERVICE)",
+        OBJECTS, "object 2100h:00: there is no group of parameters for this sub-index"),
+    ("const KEPT", "const EVENTS: &'static [plumbline::canopen::emcy::FaultBit] = &[plumbline::canopen::emcy::PASSIVE];\n    const KEPT",
+        OBJECTS, "event 0: its cause is `Overrun` or `BusOff`"),
+    ("            Object::parameter(0x2100, 0, LIMIT),\n", "            Object::parameter(0x6000, 0, LIMIT),\n", OBJECTS, "object 6000h:00: a product with KEPT has no stored parameters of the device profile"),
+    ("\"Slope\", DataType::I16)", "\"Slope\", DataType::I16).in_unit(\"deg\", 10)", OBJECTS, "quantity 0: a number has at most 9 digits after the decimal point"),
+];
+
+#[rustfmt::skip]
+const DYNAMIC: &[Mistake] = &[
+    ("wide_within(-5, 1 << 40, -5)", "wide_within(-5, 1 << 40, -6)", PARAMETERS, "parameter 34 \"Total\": the factory value must be permitted"),
+    ("DataType::I64).wide_within(-5", "DataType::U64).wide_within(-5", PARAMETERS, "parameter 34 \"Total\": the range must fit the type"),
+    ("entry(0x6110, 0, 32)]", "entry(0x6110, 0, 32), entry(0x6110, 0, 32)]", OBJECTS, "object 1A00h:00: the mapped objects do not fit into a frame"),
+    ("entry(0x6010, 0, 16)", "entry(0x2000, 0, 8)", OBJECTS, "object 1A00h:01: the mapped object 2000h:00 cannot be mapped"),
+    ("entry(0x2200, 0, 64)]", "entry(0x2200, 0, 64), entry(0x6010, 0, 16)]", OBJECTS, "object 1A01h:00: the mapped objects do not fit into a frame"),
+    ("DynamicTpdos<2, 8>", "DynamicTpdos<2, 4>", OBJECTS, "object 1A00h:05: the mapping has more entries than the TPDO takes"),
+    ("MAPPING[1]),\n        [", "MAPPING[0]),\n        [", OBJECTS, "object 1A01h:00: this parameter is in two rows"),
+    ("communication(TPDO[1], 0x280)", "communication(TPDO[1], 0x180)", OBJECTS, "object 1801h:01: another object has this default COB-ID"),
+    ("Own::number(0x2300", "Own::number(0x2302", OBJECTS, "object 2300h:00: `OWN` has no functions for this object"),
+    ("Own::number(0x2300, 0, |_, _| 1)", "Own::command(0x2300, 0, |_, _| Ok(plumbline::canopen::Then::Reply))", OBJECTS, "object 2300h:00: its function returns another type"),
+    ("DataType::U16, Access::Ro", "DataType::U16, Access::Rw", OBJECTS, "object 2300h:00: the access does not match its functions"),
+    ("DataType::U16, Access::Ro", "DataType::U64, Access::Ro", OBJECTS, "object 2300h:00: only a parameter or a value has 64 bits"),
+    ("profile::lss_node_id(", "profile::node_id(", OBJECTS, "parameter 6 \"Node-ID\": a product with LSS permits the node-ID 255"),
+];
+
+#[rustfmt::skip]
+const FSC: &[Mistake] = &[
+    ("write: 0x28", "write: 0x20", FUNCTIONS, "code 20h \"Zero and limit\": another row has this code"),
+    ("&[ZERO, LIMIT]", "&[]", FUNCTIONS, "code 18h \"Zero and limit\": it reads no parameter"),
+    ("&[ZERO, LIMIT]", "&[ZERO, ZERO]", FUNCTIONS, "code 18h \"Zero and limit\": it has a parameter twice"),
+    ("&[ZERO, LIMIT]", "&[ZERO, TOTAL]", FUNCTIONS, "code 18h \"Zero and limit\": a field has at most 32 bits"),
+    ("&[ZERO, LIMIT]", "&[ZERO, CYCLIC_TIME]", FUNCTIONS, "code 18h \"Zero and limit\": it writes parameters of the protocol and of the application"),
+    ("&[ZERO, LIMIT]", "&[ZERO, ParameterId(40)]", FUNCTIONS, "code 18h \"Zero and limit\": the table has no parameter 40"),
+    ("Source::Value(SLOPE)", "Source::Value(ValueId(2))", FUNCTIONS, "code 00h \"Inclination\": the application has no quantity 2"),
+    ("Field::described(Source::SerialNumber)", "Field::described(Source::SerialNumber), Field::described(Source::Value(FINE))",
+        FUNCTIONS, "code 04h \"Serial number\": its data has 8 bytes, a reply has room for 6"),
+    ("Field::described(Source::Counter)", "Field::described(Source::Counter), Field::described(Source::Counter)",
+        FUNCTIONS, "code 00h \"Inclination\": the cyclic counter must be the last field"),
+    ("function(0x50, \"Save\", Operation::Save)", "function(0x50, \"Save\", Operation::Load)", FUNCTIONS, "code 50h \"Save\": a product has one function with the operation Load"),
+    ("\"Serial number\", Operation::Read", "\"Serial number\", Operation::Write", FUNCTIONS, "code 04h \"Serial number\": only the rows of ACCESS write parameters"),
+    ("b\"RESET\"", "b\"\"", FUNCTIONS, "code FFh \"Alive\": without a signature, each request restarts the sensor"),
+    ("signature: b\"\"", "signature: b\"READ\"", FUNCTIONS, "code 00h \"Inclination\": only the operations Load, Save and Alive have a signature"),
+    ("code: 0x60,\n        serve", "code: 0x61,\n        serve", FUNCTIONS, "code 60h \"Own\": OWN has no function for this code"),
+    ("function(0x60, \"Own\", Operation::Own),", "", FUNCTIONS, "code 60h \"OWN\": FUNCTIONS has no code with an own operation for it"),
+    ("sync_id: SYNC_ID", "sync_id: ParameterId(60)", FUNCTIONS, "ROLES: the table has no parameter 60"),
+    ("0x7FF, factory", "0x800, factory", FUNCTIONS, "parameter 0 \"Set-ID\": it permits a number that is no identifier"),
+    ("\"Reply-ID\", 0x301", "\"Reply-ID\", 0x300", FUNCTIONS, "parameter 1 \"Reply-ID\": the identifiers of requests, replies and sync frames differ"),
+    ("[None, Some(BitRate::K250)]", "[Some(BitRate::K250)]", FUNCTIONS, "parameter 3 \"Bit rate\": `bit_rates` has no row for the permitted number 1"),
+    ("within(1, 1000, 100)", "within(0, 1000, 100)", FUNCTIONS, "parameter 5 \"Cyclic time\": the cyclic time permits 0 ms"),
+    ("factory: 5,", "factory: 5,\n                persistence: plumbline::param::Persistence::AtOnce,", FUNCTIONS, "parameter 8 \"Limit\": a parameter is stored on save, or never"),
+    ("Fault(Faults::X)", "Fault(Faults::WARM_UP)", FUNCTIONS, "status bit 5: the faults must be in the order of their bits"),
+    ("Fault(Faults::X)", "Fault(Faults::NONE)", FUNCTIONS, "status bit 4: it has exactly one fault"),
+    ("(5, \"high\")", "(1, \"high\")", PARAMETERS, "parameter 8 \"Limit\": a number has two names"),
+    ("Published<2>", "Published<1>", FUNCTIONS, "quantity 1: the application publishes fewer values"),
+];
+
+#[rustfmt::skip]
+const DEVICENET: &[Mistake] = &[
+    ("attribute(0x72", "attribute(0x71", ATTRIBUTES, "class 65h, instance 1, attribute 71h: the attributes of an object must be sorted by number"),
+    ("Source::Value(SLOPE), false", "Source::Value(SLOPE), true", ATTRIBUTES, "class 65h, instance 1, attribute 72h: only a parameter or an own attribute is settable"),
+    ("Source::Value(FINE)", "Source::Value(ValueId(9))", ATTRIBUTES, "class 66h, instance 1, attribute 01h: the application has no quantity 9"),
+    ("Source::Parameter(LIMIT)", "Source::Parameter(ParameterId(70))", ATTRIBUTES, "class 65h, instance 1, attribute 71h: the table has no parameter 70"),
+    ("DataType::U8, 4)", "DataType::U8, 256)", ATTRIBUTES, "class 65h, instance 1, attribute 01h: the constant must fit its type"),
+    ("Own(DataType::U8)", "Own(DataType::Text)", ATTRIBUTES, "class 65h, instance 1, attribute 73h: an attribute is a number"),
+    ("Own(DataType::U8)", "Own(DataType::U64)", ATTRIBUTES, "class 65h, instance 1, attribute 73h: an attribute has at most 32 bits"),
+    ("read_only(0x65, 0x73", "read_only(0x65, 0x74", ATTRIBUTES, "class 65h, instance 1, attribute 73h: OWN has no functions for this attribute"),
+    ("Source::Own(DataType::U8)", "Source::Value(FINE)", ATTRIBUTES, "class 65h, instance 1, attribute 73h: OBJECTS has no own attribute for these functions"),
+    ("class: 0x66", "class: 0x65", ATTRIBUTES, "class 65h: another object has this class"),
+    ("class: 0x66", "class: 0x63", ATTRIBUTES, "class 63h: the class of a vendor is 64h to C7h"),
+    ("\"Fine\",\n            revision: 1", "\"Fine\",\n            revision: 0", ATTRIBUTES, "class 66h: the revision of a class is 1 to 255"),
+    ("[SLOPE, SLOPE]", "[SLOPE, FINE]", ATTRIBUTES, "assembly 2: its words have 16 bits"),
+    ("[SLOPE, SLOPE]", "[SLOPE, ValueId(7)]", ATTRIBUTES, "assembly 2: the application has no quantity 7"),
+    ("[SLOPE, SLOPE]", "[SLOPE, SLOPE, SLOPE, SLOPE, SLOPE]", ATTRIBUTES, "assembly 2: an assembly has one to four words"),
+    ("instance: 2", "instance: 1", ATTRIBUTES, "assembly 1: another assembly has this instance"),
+    ("instance: 2", "instance: 3", ATTRIBUTES, "parameter 3 \"Polled assembly\": it must permit exactly the instances of ASSEMBLIES, see 2"),
+    ("\"MAC ID\", 0, 63", "\"MAC ID\", 0, 64", ATTRIBUTES, "parameter 0 \"MAC ID\": the highest permitted number is 64, the protocol needs 63"),
+    ("\"Baud rate\", 0, 2", "\"Baud rate\", 0, 1", ATTRIBUTES, "parameter 1 \"Baud rate\": the highest permitted number is 1, the protocol needs 2"),
+    ("Parameter::new(id, name, DataType::U8)", "Parameter::new(id, name, DataType::U16)", ATTRIBUTES, "parameter 0 \"MAC ID\": a parameter of the protocol is a byte"),
+    ("BitRate::K500", "BitRate::M1", ATTRIBUTES, "bit rate 2: DeviceNet has the bit rates 125, 250 and 500 kbit/s"),
+    ("mac_id: MAC_ID", "mac_id: ParameterId(30)", ATTRIBUTES, "ROLES: the table has no parameter 30"),
+    ("persistence: Persistence::AtOnce,", "", ATTRIBUTES, "parameter 0 \"MAC ID\": a parameter is stored when it is written, or never"),
+    ("\"MAST 1\"", "\"MAST\"", ATTRIBUTES, "IDENTITY: a product name has 5 to 32 characters"),
+    ("\"MAST 1\"", "\"MAST 0123456789 0123456789 012345\"", ATTRIBUTES, "IDENTITY: a product name has 5 to 32 characters"),
+    ("(1, 2)", "(1, 0)", ATTRIBUTES, "IDENTITY: the revision is 1 to 127, 1 to 255"),
+    ("Published<2>", "Published<1>", ATTRIBUTES, "quantity 1: the application publishes fewer values"),
+];
+
+#[rustfmt::skip]
+const J1939: &[Mistake] = &[
+    ("sent(0xFF20,", "sent(0xFF22,", GROUPS, "group 65312 \"SLOPE\": SENT has another group in this place"),
+    ("        sent(0xFF21, Setting::Constant(1000)),\n", "", GROUPS, "group 65313 \"AGE\": SENT has no row for this group"),
+    ("[Timer; 2]", "[Timer; 1]", GROUPS, "Timers: each group in SENT needs a timer"),
+    ("0xFF21", "0xEF21", GROUPS, "group 61217 \"AGE\": a group with this number (PF below F0h) is not sent to all nodes"),
+    ("0xFF21", "0x2FF21", GROUPS, "group 196385 \"AGE\": the number has more than 17 bits"),
+    ("0xFF21", "0xFF20", GROUPS, "group 65312 \"AGE\": another group has this number"),
+    ("0xFF21", "0xFECA", GROUPS, "group 65226 \"AGE\": the protocol itself has this group"),
+    ("3318, 0, 16", "3318, 50, 16", GROUPS, "group 65312 \"SLOPE\", signal \"Slope\": the signal does not fit into the frame"),
+    ("3318, 0, 16", "3318, 0, 7", GROUPS, "group 65312 \"SLOPE\", signal \"Slope\": a value has 8 to 32 bits"),
+    ("3323, 48, 2", "3323, 15, 2", GROUPS, "group 65312 \"SLOPE\", signal \"Quality\": another signal has some of its bits"),
+    ("3323, 48, 2", "3318, 48, 2", GROUPS, "group 65312 \"SLOPE\", signal \"Quality\": another signal has this suspect parameter number"),
+    ("3323, 48, 2", "524288, 48, 2", GROUPS, "group 65312 \"SLOPE\", signal \"Quality\": a suspect parameter number has 19 bits"),
+    ("Merit(Source::Pitch)", "Merit(Source::Roll)", GROUPS, "group 65312 \"SLOPE\", signal \"Quality\": a figure of merit comes after its value"),
+    ("(1, 500)", "(0, 500)", GROUPS, "group 65312 \"SLOPE\", signal \"Slope\": the resolution is no fraction"),
+    ("(1, 500)", "(1, 50_000_000)", GROUPS, "group 65312 \"SLOPE\", signal \"Slope\": the resolution is too fine"),
+    ("Parameter(RATE)", "Parameter(ParameterId(9))", GROUPS, "group 65312 \"SLOPE\": the table has no parameter 9"),
+    ("within(0, 7, 3)", "within(0, 8, 3)", GROUPS, "parameter 2 \"Priority\": the number 8 is too large, the protocol has room for 7"),
+    ("Constant(127)", "Constant(128)", GROUPS, "NAME, vehicle system: the number 128 is too large, the protocol has room for 127"),
+    ("within(0, 2047, 2047)", "within(0, 2048, 2047)", GROUPS, "parameter 3 \"Manufacturer\": the number 2048 is too large"),
+    ("within(0, 253, 0x90)", "within(0, 254, 0x90)", GROUPS, "parameter 0 \"Address\": the number 254 is too large"),
+    ("ParameterId = ADDRESS", "ParameterId = ParameterId(7)", GROUPS, "ADDRESS: the table has no parameter 7"),
+    ("\"Mast\"", "\"Mast*\"", GROUPS, "MODEL: the text has characters of ASCII without `*`"),
+    ("\"Own\"", "\"0123456789 0123456789 0123456789 0123456789\"", GROUPS, "MAKE: the identification with MAKE and TYPE is longer than a message"),
+    ("fmi: 12", "fmi: 32", GROUPS, "trouble code 0: a failure mode identifier has 5 bits"),
+    ("spn: 639, fmi: 2", "spn: 3318, fmi: 12", GROUPS, "trouble code 1: another row has this trouble code"),
+    ("Published<1>", "Published<0>", GROUPS, "quantity 0: the application publishes fewer values"),
 ];
 
 /// The directory with the compiled library and those on which it depends.
@@ -93,24 +212,42 @@ fn compile(name: &str, product: &str) -> String {
     errors
 }
 
-#[test]
-fn product_without_mistakes_compiles() {
-    assert_eq!(compile("none", PRODUCT), "");
+/// Compiles a product, then the same with each of its mistakes.
+fn check(name: &str, product: &str, mistakes: &[Mistake]) {
+    assert_eq!(compile(name, product), "", "without mistakes");
+    for (number, (text, other, table, message)) in mistakes.iter().enumerate() {
+        assert!(product.contains(text), "{text}");
+        let product = product.replace(text, other);
+        let errors = compile(&format!("{name}_{number}"), &product);
+        let expected = format!("error[E0080]: evaluation panicked: {message}");
+        assert!(errors.contains(&expected), "{other}\n{message}\n{errors}");
+        let line = product.lines().position(|line| line.trim() == *table);
+        let place = format!("mistake_{name}_{number}.rs:{}:", 1 + line.unwrap());
+        assert!(errors.contains(&place), "{other}: {place}\n{errors}");
+    }
 }
 
 #[test]
-fn each_mistake_is_an_error_at_its_table_that_names_the_row() {
-    for (number, (text, other, table, message)) in MISTAKES.iter().enumerate() {
-        assert!(PRODUCT.contains(text), "{text}");
-        let product = PRODUCT.replace(text, other);
-        let errors = compile(&number.to_string(), &product);
-        let expected = format!("error[E0080]: evaluation panicked: {message}");
-        assert!(errors.contains(&expected), "{other}\n{errors}");
-        let line = 1 + product
-            .lines()
-            .position(|line| line.trim() == *table)
-            .unwrap();
-        let place = format!("mistake_{number}.rs:{line}:");
-        assert!(errors.contains(&place), "{other}: {place}\n{errors}");
-    }
+fn each_mistake_of_a_canopen_product_is_an_error_at_its_table_that_names_the_row() {
+    check("canopen", include_str!("canopen.rs"), CANOPEN);
+}
+
+#[test]
+fn each_mistake_of_a_dynamic_mapping_is_an_error_at_its_table_that_names_the_row() {
+    check("dynamic", include_str!("dynamic.rs"), DYNAMIC);
+}
+
+#[test]
+fn each_mistake_of_an_fsc_product_is_an_error_at_its_table_that_names_the_row() {
+    check("fsc", include_str!("fsc.rs"), FSC);
+}
+
+#[test]
+fn each_mistake_of_a_devicenet_product_is_an_error_at_its_table_that_names_the_row() {
+    check("devicenet", include_str!("devicenet.rs"), DEVICENET);
+}
+
+#[test]
+fn each_mistake_of_a_j1939_product_is_an_error_at_its_table_that_names_the_row() {
+    check("j1939", include_str!("j1939.rs"), J1939);
 }

@@ -3,37 +3,68 @@
 use super::{Mistake, Object, Parameter, ParameterId, Permitted, Target, UNCONFIGURED, parameter};
 use crate::can::BitRate;
 use crate::canopen::cob_id;
+use crate::walk::{at, each};
 
 /// Checks the default COB-IDs.
 #[track_caller]
 pub(super) const fn check(objects: &[Object], parameters: &[Parameter]) {
-    let mut row = 0;
-    while row < objects.len() {
-        let Object { index, sub, .. } = objects[row];
-        match objects[row].target {
-            Target::Parameter(id) if index == 0x1005 => {
-                Mistake::in_object(index, sub).unless(
-                    cob_id::SYNC.contain(parameters[id.0 as usize].factory),
+    each!(object in objects => {
+        let mistake = Mistake::Object(object.index, object.sub);
+        match object.target {
+            Target::Parameter(id) if object.index == 0x1005 => {
+                mistake.unless(
+                    cob_id::SYNC.contain(at(parameters, id.0 as usize).factory),
                     "the default COB-ID of the SYNC is not free",
                 );
             }
             Target::CobId(id) | Target::FreeCobId(id) => {
-                let base = parameters[id.0 as usize].factory & 0x7FF;
+                let base = base(parameters, id);
                 let mut node_id = 1;
                 while node_id <= 127 {
                     if cob_id::in_use(base + node_id).is_none() {
-                        Mistake::in_object(index, sub)
+                        mistake
                             .text("the default COB-ID is not free with the node-ID ")
                             .number(node_id)
                             .fail();
                     }
                     node_id += 1;
                 }
+                check_base(mistake, objects, object, parameters, base);
             }
             _ => {}
         }
-        row += 1;
-    }
+    });
+}
+
+/// The default COB-ID without flags and node-ID.
+const fn base(parameters: &[Parameter], id: ParameterId) -> u32 {
+    at(parameters, id.0 as usize).factory & 0x7FF
+}
+
+/// Checks that the default COB-ID of a service is that of no other service of this or another node.
+#[track_caller]
+const fn check_base(
+    mistake: Mistake,
+    objects: &[Object],
+    object: &Object,
+    parameters: &[Parameter],
+    base: u32,
+) {
+    mistake.unless(
+        base >= 0x180 || !matches!(object.index, 0x1800..0x1A00),
+        "the default COB-ID is that of an EMCY",
+    );
+    each!(other in objects => {
+        if other.index == object.index {
+            break;
+        }
+        if let Target::CobId(id) | Target::FreeCobId(id) = other.target {
+            mistake.unless(
+                base != at(parameters, id.0 as usize).factory & 0x7FF,
+                "another object has this default COB-ID",
+            );
+        }
+    });
 }
 
 /// Checks that the node-ID is a parameter whose factory value is a node-ID.
@@ -44,12 +75,12 @@ pub(super) const fn check_node_id(parameters: &[Parameter], id: ParameterId, lss
         Permitted::Ranges(ranges) => ranges.contain(UNCONFIGURED as u32),
         _ => false,
     };
-    Mistake::in_parameter(id.0 as usize, parameter.name).unless(
+    Mistake::Parameter(id.0 as usize, parameter.name).unless(
         permits_none || !lss,
         "a product with LSS permits the node-ID 255",
     );
     let factory = parameter.factory;
-    Mistake::in_parameter(id.0 as usize, parameter.name).unless(
+    Mistake::Parameter(id.0 as usize, parameter.name).unless(
         (factory >= 1 && factory <= 127) || (lss && factory == UNCONFIGURED as u32),
         "the factory value is not a node-ID",
     );
@@ -67,19 +98,12 @@ pub(super) const fn check_bit_rate(
     check_code(place, parameter, parameter.factory, codes);
     match parameter.permitted {
         Permitted::OneOf(numbers) => {
-            let mut row = 0;
-            while row < numbers.len() {
-                check_code(place, parameter, numbers[row], codes);
-                row += 1;
-            }
+            each!(number in numbers => { check_code(place, parameter, *number, codes) });
         }
         Permitted::Named => {
-            let mut row = 0;
-            while row < parameter.meanings.len() {
-                let (number, _) = parameter.meanings[row];
-                check_code(place, parameter, number, codes);
-                row += 1;
-            }
+            each!((number, _) in parameter.meanings => {
+                check_code(place, parameter, *number, codes);
+            });
         }
         Permitted::Range(low, high) => {
             let mut number = low;
@@ -88,7 +112,7 @@ pub(super) const fn check_bit_rate(
                 number += 1;
             }
         }
-        Permitted::Any | Permitted::Ranges(_) => Mistake::in_parameter(place, parameter.name)
+        Permitted::Any | Permitted::Ranges(_) => Mistake::Parameter(place, parameter.name)
             .text("the bit rate permits numbers without a bit rate")
             .fail(),
     }
@@ -97,15 +121,12 @@ pub(super) const fn check_bit_rate(
 /// Checks that a number of the bit rate parameter has a bit rate.
 #[track_caller]
 const fn check_code(place: usize, parameter: &Parameter, number: u32, codes: &[(u32, BitRate)]) {
-    let mut row = 0;
-    while row < codes.len() {
-        let (code, _) = codes[row];
-        if code == number {
+    each!((code, _) in codes => {
+        if *code == number {
             return;
         }
-        row += 1;
-    }
-    Mistake::in_parameter(place, parameter.name)
+    });
+    Mistake::Parameter(place, parameter.name)
         .text("BIT_RATES has no bit rate for the permitted number ")
         .number(number)
         .fail();

@@ -1,6 +1,7 @@
 //! Checks of the TPDOs and their mapping.
 
 use super::{DataType, Mistake, Object, Parameter, Quantity, Target, Tpdos, object_at};
+use crate::walk::{at, each};
 
 /// The maximum number of bytes in a TPDO. Each byte can be an object.
 const BYTES: usize = 8;
@@ -24,11 +25,11 @@ pub(super) const fn check_tpdos<T: Tpdos>(
         let communication = object_at(objects, 0x1800 + number, 1).is_some();
         let mapping = object_at(objects, 0x1A00 + number, 0).is_some();
         let has = (number as usize) < T::COUNT;
-        Mistake::in_object(0x1800 + number, 1).unless(
+        Mistake::Object(0x1800 + number, 1).unless(
             communication == has,
             "the number of TPDOs is not that of the dictionary",
         );
-        Mistake::in_object(0x1A00 + number, 0).unless(
+        Mistake::Object(0x1A00 + number, 0).unless(
             mapping == has,
             "the number of TPDOs is not that of the dictionary",
         );
@@ -52,24 +53,22 @@ const fn check_settings(
     parameters: &[Parameter],
     quantities: &[Quantity],
 ) {
-    let mut row = 0;
-    while row < SETTINGS.len() {
-        let (sub, data_type) = SETTINGS[row];
-        if let Some(object) = object_at(objects, index, sub) {
-            Mistake::in_object(index, sub).unless(
+    each!((sub, data_type) in &SETTINGS => {
+        if let Some(object) = object_at(objects, index, *sub) {
+            let mistake = Mistake::Object(index, *sub);
+            mistake.unless(
                 matches!(
                     object.target,
                     Target::Parameter(_) | Target::CobId(_) | Target::FreeCobId(_)
                 ),
                 "the communication parameter of a TPDO must be parameters",
             );
-            Mistake::in_object(index, sub).unless(
-                object.data_type(parameters, quantities) as u8 == data_type as u8,
+            mistake.unless(
+                object.data_type(parameters, quantities) as u8 == *data_type as u8,
                 "CiA 301 defines another data type for this object",
             );
         }
-        row += 1;
-    }
+    });
 }
 
 #[track_caller]
@@ -83,20 +82,20 @@ const fn check_mapping<T: Tpdos>(
     let (mut bits, mut sub) = (0, 1);
     while let Some(entry) = object_at(objects, index, sub) {
         let Target::Constant(entry) = entry.target else {
-            Mistake::in_object(index, sub)
+            Mistake::Object(index, sub)
                 .text("a mapping entry must be a constant")
                 .fail();
         };
         check_entry(objects, (index, sub), entry, parameters, quantities);
-        Mistake::in_object(index, sub).unless(
+        Mistake::Object(index, sub).unless(
             is_value(objects, entry),
             "a fixed mapping must consist of published values",
         );
         bits += entry & 0xFF;
         sub += 1;
     }
-    Mistake::in_object(index, 0).unless(bits <= 64, "the mapped objects do not fit into a frame");
-    Mistake::in_object(index, 0).unless(
+    Mistake::Object(index, 0).unless(bits <= 64, "the mapped objects do not fit into a frame");
+    Mistake::Object(index, 0).unless(
         sub as usize <= T::ENTRIES + 1,
         "more objects are mapped than the TPDO takes",
     );
@@ -133,7 +132,7 @@ const fn check_entry(
         }
         Some(_) => return,
     };
-    Mistake::in_object(index, sub)
+    Mistake::Object(index, sub)
         .text("the mapped object ")
         .hexadecimal(entry >> 16, 4)
         .text("h:")
@@ -154,32 +153,32 @@ const fn check_dynamic(
     quantities: &[Quantity],
 ) {
     let index = 0x1A00 + number;
-    Mistake::in_item("Tpdos").unless(most <= BYTES, "a TPDO has at most 8 objects");
+    Mistake::Item("Tpdos").unless(most <= BYTES, "a TPDO has at most 8 objects");
     let first = parameter_at(objects, index, 0);
-    let mapped = parameters[first as usize].factory;
-    Mistake::in_object(index, 0).unless(
+    let mapped = at(parameters, first as usize).factory;
+    Mistake::Object(index, 0).unless(
         mapped as usize <= most,
         "more objects are mapped than the TPDO takes",
     );
-    Mistake::in_object(index, most as u8 + 1).unless(
+    Mistake::Object(index, most as u8 + 1).unless(
         object_at(objects, index, most as u8 + 1).is_none(),
         "the mapping has more entries than the TPDO takes",
     );
     let (mut bits, mut sub) = (0, 1);
     while sub as usize <= most {
         let id = parameter_at(objects, index, sub);
-        Mistake::in_object(index, sub).unless(
+        Mistake::Object(index, sub).unless(
             id == first + sub,
             "the parameters of a mapping must be consecutive",
         );
-        let entry = parameters[id as usize].factory;
+        let entry = at(parameters, id as usize).factory;
         if sub as u32 <= mapped {
             check_entry(objects, (index, sub), entry, parameters, quantities);
             bits += entry & 0xFF;
         }
         sub += 1;
     }
-    Mistake::in_object(index, 0).unless(bits <= 64, "the mapped objects do not fit into a frame");
+    Mistake::Object(index, 0).unless(bits <= 64, "the mapped objects do not fit into a frame");
 }
 
 #[track_caller]
@@ -189,7 +188,7 @@ const fn parameter_at(objects: &[Object], index: u16, sub: u8) -> u8 {
             target: Target::Parameter(id),
             ..
         }) => id.0,
-        _ => Mistake::in_object(index, sub)
+        _ => Mistake::Object(index, sub)
             .text("a dynamic mapping must consist of parameters")
             .fail(),
     }

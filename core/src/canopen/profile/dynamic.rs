@@ -4,6 +4,7 @@ use super::{highest, tpdo};
 use crate::canopen::dictionary::{Access, Object, Target};
 use crate::canopen::pdo::TRANSMISSION_TYPES_FROM_1;
 use crate::param::{DataType, Parameter, ParameterId, Permitted};
+use crate::walk::{at, each, put};
 
 /// The names of the mapping entries.
 const ENTRIES: [&str; 8] = [
@@ -45,26 +46,24 @@ pub const fn stored_tpdo_communication(first: ParameterId, cob_id: u32) -> [Para
 
 /// The mapping of a TPDO (1A00h and following) as nine parameters with ids from `first` on: the number of mapped objects and eight
 /// entries. `factory` has the factory values of the entries.
-#[allow(clippy::indexing_slicing)] // evaluated at compile time only
 pub const fn mapping_parameters(first: ParameterId, factory: &[u32]) -> [Parameter; 9] {
     let number = Parameter {
         factory: factory.len() as u32,
         ..Parameter::new(first, "Number of mapped objects", DataType::U8)
     };
     let mut parameters = [number; 9];
-    let mut place = 0;
-    while place < 8 {
+    each!(place, name in &ENTRIES => {
         let id = ParameterId(first.0 + 1 + place as u8);
-        parameters[place + 1] = Parameter {
+        let entry = Parameter {
             factory: if place < factory.len() {
-                factory[place]
+                *at(factory, place)
             } else {
                 0
             },
-            ..Parameter::new(id, ENTRIES[place], DataType::U32)
+            ..Parameter::new(id, name, DataType::U32)
         };
-        place += 1;
-    }
+        put(&mut parameters, place + 1, entry);
+    });
     parameters
 }
 
@@ -87,16 +86,16 @@ pub const fn free_tpdo(number: u8, group: &'static str, first: ParameterId) -> [
 
 /// The dynamic mapping of TPDO `number` (from 0; 1A00h and following). `first` is the id of the parameter with the number of mapped
 /// objects; the entries follow.
-#[allow(clippy::indexing_slicing)] // evaluated at compile time only
 pub const fn dynamic_mapping(number: u8, group: &'static str, first: ParameterId) -> [Object; 9] {
     let index = 0x1A00 + number as u16;
     let mut rows = [highest(index, group, DataType::U8, 0); 9];
     let mut row = 0;
     while row < 9 {
-        rows[row] = Object {
+        let object = Object {
             group: if row == 0 { group } else { "" },
             ..Object::parameter(index, row as u8, ParameterId(first.0 + row as u8))
         };
+        put(&mut rows, row, object);
         row += 1;
     }
     rows

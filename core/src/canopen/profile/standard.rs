@@ -8,6 +8,7 @@ use crate::canopen::dictionary::{Access, Object, Service};
 use crate::mistake::Mistake;
 use crate::param::join::join;
 use crate::param::{DataType, Parameter, ParameterId};
+use crate::walk::{at, put};
 
 /// What differs between the products in [`standard`].
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -35,7 +36,6 @@ pub const STANDARD: usize = 31;
 ///
 /// `plumbline::objects![profile::standard(&STANDARD), profile::tpdo(0, "TPDO 1", TPDO), ...]` is a whole dictionary. [`merge`] adds
 /// objects between these.
-#[allow(clippy::indexing_slicing)] // evaluated at compile time only
 pub const fn standard(product: &Standard) -> [Object; STANDARD] {
     let [name, hardware, software] = product.names;
     let [vendor, code, revision] = product.identity;
@@ -129,10 +129,9 @@ const fn groups(
 
 /// Merges two sorted tables of objects. `N` is the number of all rows.
 #[track_caller]
-#[allow(clippy::indexing_slicing)] // evaluated at compile time only
 pub const fn merge<const N: usize>(one: &[Object], other: &[Object]) -> [Object; N] {
     if one.len() + other.len() != N {
-        Mistake::in_item("merge")
+        Mistake::Item("merge")
             .text("both tables have ")
             .number((one.len() + other.len()) as u32)
             .text(" rows")
@@ -141,12 +140,12 @@ pub const fn merge<const N: usize>(one: &[Object], other: &[Object]) -> [Object;
     let mut merged = [Object::PLAIN; N];
     let (mut a, mut b) = (0, 0);
     while a + b < N {
-        let takes_one = b == other.len() || (a < one.len() && is_before(&one[a], &other[b]));
+        let takes_one = b == other.len() || (a < one.len() && is_before(at(one, a), at(other, b)));
         if takes_one {
-            merged[a + b] = one[a];
+            put(&mut merged, a + b, *at(one, a));
             a += 1;
         } else {
-            merged[a + b] = other[b];
+            put(&mut merged, a + b, *at(other, b));
             b += 1;
         }
     }

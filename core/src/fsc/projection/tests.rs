@@ -146,12 +146,6 @@ fn row_knows_whether_it_has_several_fields_and_is_constrained() {
 }
 
 #[test]
-#[should_panic(expected = "two functions with one code")]
-fn code_used_twice_is_refused() {
-    groups(&[access(0x10, 0x20), access(0x11, 0x20)], &[]);
-}
-
-#[test]
 fn source_is_unchanged_after_encode_and_decode() {
     for source in 0..=ACTIVE_SET_ID {
         let item = Item { source, size: 1 };

@@ -21,6 +21,7 @@ use crate::measure::{PATH_DELAY, fusion};
 use crate::node::Context;
 use crate::param::{ParameterId, Parameters, Setting, ValueId, meaning};
 use crate::store::ImageId;
+use crate::walk::{at, each};
 
 /// One degree in the unit of [`Motion`].
 const DEGREE: i64 = 32_768;
@@ -64,24 +65,25 @@ const TROUBLES: [Code; 12] = [
 ];
 
 /// The bit of a trouble code.
-#[allow(clippy::indexing_slicing, clippy::panic)] // evaluated at compile time only
 const fn bit(spn: u32, fmi: u8) -> u16 {
-    let mut place = 0;
-    while TROUBLES[place].spn != spn || TROUBLES[place].fmi != fmi {
-        place += 1;
-    }
-    1 << place
+    let mut bit = 0;
+    each!(place, trouble in &TROUBLES => {
+        if trouble.spn == spn && trouble.fmi == fmi {
+            bit = 1 << place;
+        }
+    });
+    assert!(bit != 0, "the table has no such trouble code");
+    bit
 }
 
 type Node = Context<Ims360Application>;
 
 /// A group with this data, at the rate and with the priority of its parameters.
-#[allow(clippy::indexing_slicing)] // evaluated at compile time only
 const fn sent(place: usize, data: fn(&Node) -> [u8; 8]) -> Sent<Ims360Application> {
     Sent {
-        pgn: GROUPS[place].pgn,
-        rate: Setting::Parameter(id::J1939_RATES[place]),
-        priority: Setting::Parameter(id::J1939_PRIORITIES[place]),
+        pgn: at(&GROUPS, place).pgn,
+        rate: Setting::Parameter(*at(&id::J1939_RATES, place)),
+        priority: Setting::Parameter(*at(&id::J1939_PRIORITIES, place)),
         data,
     }
 }
@@ -119,6 +121,7 @@ impl j1939::Product for Ims360Product {
     const TYPE: &'static str = "Inclinometer";
     const TROUBLES: &'static [Code] = &TROUBLES;
     const IMAGE: ImageId = <Self as canopen::Product>::IMAGE;
+    crate::project!(groups);
 
     fn recovers(parameters: &Parameters<Self>) -> bool {
         parameters::recovers(parameters)

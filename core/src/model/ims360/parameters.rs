@@ -7,6 +7,7 @@ use crate::model::listing::canopen::Variant;
 use crate::param::{
     Coding, DataType, Parameter, ParameterId, Parameters, Permitted, Persistence, Ranges, Table,
 };
+use crate::walk::{at, each, put};
 
 /// The ids of the parameters: their indices in the table. They also define the order in the stored image.
 pub mod id {
@@ -144,26 +145,23 @@ const PERIODS: Ranges = Ranges {
 };
 
 /// The transmission rate of a J1939 group.
-#[allow(clippy::indexing_slicing)] // evaluated at compile time only
 const fn rate(place: usize, name: &'static str, factory: u32) -> Parameter {
     Parameter {
         unit: "ms",
         permitted: Permitted::Ranges(&PERIODS),
         factory,
-        ..Parameter::new(id::J1939_RATES[place], name, DataType::U16)
+        ..Parameter::new(*at(&id::J1939_RATES, place), name, DataType::U16)
     }
 }
 
 /// The priority of a J1939 group.
-#[allow(clippy::indexing_slicing)] // evaluated at compile time only
 const fn priority(place: usize, name: &'static str) -> Parameter {
-    Parameter::new(id::J1939_PRIORITIES[place], name, DataType::U8).within(0, 7, 3)
+    Parameter::new(*at(&id::J1939_PRIORITIES, place), name, DataType::U8).within(0, 7, 3)
 }
 
 /// A field of the J1939 NAME.
-#[allow(clippy::indexing_slicing)] // evaluated at compile time only
 const fn field(place: usize, name: &'static str, high: i64, factory: i32) -> Parameter {
-    Parameter::new(id::J1939_NAME[place], name, DataType::U8).within(0, high, factory)
+    Parameter::new(*at(&id::J1939_NAME, place), name, DataType::U8).within(0, high, factory)
 }
 
 /// The parameters that only J1939 uses.
@@ -218,15 +216,12 @@ const ERRORS: [&str; HISTORY] = [
 ];
 
 /// The parameters that keep the history (1003h).
-#[allow(clippy::indexing_slicing)] // evaluated at compile time only
 const fn errors() -> [Parameter; HISTORY] {
     let mut errors = [Parameter::PLAIN; HISTORY];
-    let mut place = 0;
-    while place < HISTORY {
+    each!(place, name in &ERRORS => {
         let id = ParameterId(id::HISTORY.0 + place as u8);
-        errors[place] = Parameter::new(id, ERRORS[place], DataType::U16);
-        place += 1;
-    }
+        put(&mut errors, place, Parameter::new(id, name, DataType::U16));
+    });
     errors
 }
 

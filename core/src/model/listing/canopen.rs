@@ -8,6 +8,7 @@ use crate::canopen::{self, Canopen, CanopenNode, LedTable};
 use crate::j1939;
 use crate::j1939::diagnostics::Code;
 use crate::j1939::signal::Group;
+use crate::mistake::Mistake;
 use crate::model::dual::{ApplicationOf, Both, DualNode};
 use crate::param::{ParameterId, Setting};
 
@@ -138,10 +139,12 @@ impl Product {
     }
 
     /// Sets the variants. A product without CANopen is a compile error.
-    #[allow(clippy::panic)] // evaluated at compile time only
+    #[track_caller]
     pub const fn with_variants(self, variants: &'static [Variant]) -> Self {
         let Protocol::Canopen(tables) = self.protocol else {
-            panic!("only a product with CANopen has variants");
+            Mistake::Item("with_variants")
+                .text("only a product with CANopen has variants")
+                .fail();
         };
         let protocol = Protocol::Canopen(Tables { variants, ..tables });
         Self { protocol, ..self }

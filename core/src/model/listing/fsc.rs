@@ -3,6 +3,7 @@
 use super::{Product, Protocol};
 use crate::fsc::table::{Access, Function, LedTable, Roles};
 use crate::fsc::{self, Article, FscNode, StatusBit};
+use crate::walk::{at, each};
 
 /// The tables of a product with the FSC protocol.
 #[derive(Clone, Copy, Debug)]
@@ -37,21 +38,19 @@ pub(super) fn article(article: &Article) -> super::Article {
 impl Product {
     /// The product `P` with at least one article, compatible with sensors of this maker. Articles with different image ids are a
     /// compile error.
-    #[allow(clippy::indexing_slicing)] // evaluated at compile time only
+    #[track_caller]
     pub const fn fsc<P: fsc::Product>(
         name: &'static str,
         maker: &'static str,
         articles: &'static [Article],
     ) -> Self {
-        let image = articles[0].image;
-        let mut row = 1;
-        while row < articles.len() {
+        let image = at(articles, 0).image;
+        each!(article in articles => {
             assert!(
-                articles[row].image.number() == image.number(),
+                article.image.number() == image.number(),
                 "the articles of a product have the same image id"
             );
-            row += 1;
-        }
+        });
         let protocol = Protocol::Fsc(Tables {
             articles,
             roles: P::ROLES,

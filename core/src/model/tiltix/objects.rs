@@ -6,6 +6,7 @@ use crate::application::Application;
 use crate::devicenet::{Assembly, Attribute, Identity, Object, Roles, Source};
 use crate::model::listing::{Adjustment, Guide, Resolution, Written};
 use crate::param::{DataType, ParameterId, Table, ValueId};
+use crate::walk::at;
 
 /// The number of attributes of the angle object.
 const COUNT: usize = 22;
@@ -69,7 +70,6 @@ pub(super) const fn angle(attributes: &'static [Attribute]) -> Object {
 }
 
 /// A parameter; its name is that of the table.
-#[allow(clippy::indexing_slicing)] // evaluated at compile time only
 const fn parameter<A: Application>(
     number: u8,
     ParameterId(id): ParameterId,
@@ -77,7 +77,7 @@ const fn parameter<A: Application>(
 ) -> Attribute {
     Attribute {
         number,
-        name: A::Table::PARAMETERS[id as usize].name,
+        name: at(A::Table::PARAMETERS, id as usize).name,
         help,
         source: Source::Parameter(ParameterId(id)),
         settable: true,
@@ -85,7 +85,6 @@ const fn parameter<A: Application>(
 }
 
 /// A published value; its name is that of the quantity.
-#[allow(clippy::indexing_slicing)] // evaluated at compile time only
 const fn published<A: Application>(
     number: u8,
     ValueId(id): ValueId,
@@ -93,7 +92,7 @@ const fn published<A: Application>(
 ) -> Attribute {
     Attribute {
         number,
-        name: A::QUANTITIES[id as usize].name,
+        name: at(A::QUANTITIES, id as usize).name,
         help,
         source: Source::Value(ValueId(id)),
         settable: false,
@@ -104,27 +103,26 @@ const fn published<A: Application>(
 const UNIT: &str = "In units of the resolution";
 
 /// The seven attributes of an axis, from the slope to the diagnostic slope.
-#[allow(clippy::indexing_slicing)] // evaluated at compile time only
 const fn axis<A: Application>(first: u8, axis: usize) -> [Attribute; 7] {
     [
-        published::<A>(first, value::SLOPE[axis], UNIT),
+        published::<A>(first, *at(&value::SLOPE, axis), UNIT),
         parameter::<A>(
             first + 1,
-            id::OPERATING[axis],
+            *at(&id::OPERATING, axis),
             "Scaling adds the offset and the differential offset",
         ),
-        parameter::<A>(first + 2, id::PRESET[axis], UNIT),
+        parameter::<A>(first + 2, *at(&id::PRESET, axis), UNIT),
         parameter::<A>(
             first + 3,
-            id::PRESET_ENABLE[axis],
+            *at(&id::PRESET_ENABLE, axis),
             "Stored; the change from 0 to 1 sets the offset",
         ),
         Attribute {
             settable: false,
-            ..parameter::<A>(first + 4, id::OFFSET[axis], UNIT)
+            ..parameter::<A>(first + 4, *at(&id::OFFSET, axis), UNIT)
         },
-        parameter::<A>(first + 5, id::DIFFERENTIAL[axis], UNIT),
-        published::<A>(first + 6, value::DIAGNOSTIC[axis], ""),
+        parameter::<A>(first + 5, *at(&id::DIFFERENTIAL, axis), UNIT),
+        published::<A>(first + 6, *at(&value::DIAGNOSTIC, axis), ""),
     ]
 }
 
@@ -182,14 +180,13 @@ pub(super) const fn attributes<A: Application>() -> [Attribute; COUNT] {
 
 /// The preset value 0 becomes the present angle. Preset enable acts when it changes from 0 to 1. The offset acts only with scaling, which
 /// is last: if the sensor refuses the preset, the angle stays as it is.
-#[allow(clippy::indexing_slicing)] // evaluated at compile time only
 const fn zero(axis: usize) -> [(ParameterId, Written); 5] {
     [
-        (id::PRESET[axis], Written::Number(0)),
-        (id::PRESET_ENABLE[axis], Written::Number(0)),
-        (id::PRESET_ENABLE[axis], Written::Number(1)),
-        (id::PRESET_ENABLE[axis], Written::Number(0)),
-        (id::OPERATING[axis], Written::Bits(SCALING)),
+        (*at(&id::PRESET, axis), Written::Number(0)),
+        (*at(&id::PRESET_ENABLE, axis), Written::Number(0)),
+        (*at(&id::PRESET_ENABLE, axis), Written::Number(1)),
+        (*at(&id::PRESET_ENABLE, axis), Written::Number(0)),
+        (*at(&id::OPERATING, axis), Written::Bits(SCALING)),
     ]
 }
 

@@ -7,6 +7,7 @@ use crate::param::{
     Coding, DataType, Meaning, Parameter, ParameterId, Parameters, Permitted, Persistence, Refused,
     Table,
 };
+use crate::walk::at;
 
 /// The ids of the parameters: their indices in the table. They also define the order in the stored image.
 pub mod id {
@@ -308,12 +309,11 @@ const fn angle(id: ParameterId, name: &'static str, range: Range) -> Parameter {
 }
 
 /// The parameters of an axis, except preset enable.
-#[allow(clippy::indexing_slicing)] // evaluated at compile time only
 const fn axis(axis: usize, names: Names, range: Range) -> [Parameter; 4] {
     let [operating, preset, offset, differential] = names;
     [
         named(
-            id::OPERATING[axis],
+            *at(&id::OPERATING, axis),
             operating,
             &[
                 (0, "off"),
@@ -322,15 +322,15 @@ const fn axis(axis: usize, names: Names, range: Range) -> [Parameter; 4] {
                 (INVERSION | SCALING, "inversion and scaling"),
             ],
         ),
-        angle(id::PRESET[axis], preset, range),
+        angle(*at(&id::PRESET, axis), preset, range),
         Parameter {
             permitted: match range {
                 Range::Signed => Permitted::Any,
                 Range::Circle => Permitted::Range(0, TURN as i64 - 1),
             },
-            ..angle(id::OFFSET[axis], offset, range)
+            ..angle(*at(&id::OFFSET, axis), offset, range)
         },
-        angle(id::DIFFERENTIAL[axis], differential, range),
+        angle(*at(&id::DIFFERENTIAL, axis), differential, range),
     ]
 }
 

@@ -112,6 +112,7 @@ impl Product for Mast {
         Code { spn: 639, fmi: 2 },
     ];
     const IMAGE: ImageId = ImageId::new(0x7006);
+    plumbline::project!(groups);
 
     fn active(node: &Context<Slope>, conditions: Conditions) -> u16 {
         u16::from(node.values.faults().intersects(Faults::SENSOR))

@@ -1,4 +1,4 @@
-//! A product without mistakes. The tests replace one text of this file and compile it.
+//! A product with CANopen without mistakes. The tests replace one text of this file and compile it.
 
 use plumbline::canopen::dictionary::Service;
 use plumbline::canopen::{Absent, ErrorHistory, Kept, Object, Product, Text, TpdoArray, profile};

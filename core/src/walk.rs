@@ -1,0 +1,60 @@
+//! Walks through tables in `const fn`s, which have neither iterators nor `get`.
+//!
+//! They are evaluated at compile time only. There a place outside of a table is a compile error.
+
+/// Runs a block for each item of a slice: `each!(row in rows => { ... })`. The block can also have the place of the item:
+/// `each!(place, row in rows => { ... })`.
+macro_rules! each {
+    ($item:pat in $items:expr => $body:block) => {
+        crate::walk::each!(_, $item in $items => $body)
+    };
+    ($place:pat, $item:pat in $items:expr => $body:block) => {{
+        let mut next = 0_usize;
+        let mut rest: &[_] = $items;
+        while let [item, others @ ..] = rest {
+            let ($place, $item) = (next, item);
+            next += 1;
+            rest = others;
+            $body
+        }
+    }};
+}
+pub(crate) use each;
+
+/// The item at a place.
+#[track_caller]
+#[allow(clippy::indexing_slicing)] // evaluated at compile time only
+pub(crate) const fn at<T>(items: &[T], place: usize) -> &T {
+    &items[place]
+}
+
+/// Sets the item at a place.
+#[track_caller]
+#[allow(clippy::indexing_slicing)] // evaluated at compile time only
+pub(crate) const fn put<T: Copy>(items: &mut [T], place: usize, item: T) {
+    items[place] = item;
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn block_runs_for_each_item_until_it_breaks() {
+        const SQUARES: [usize; 4] = {
+            let mut squares = [0; 4];
+            each!(place, number in &[1, 2, 3, 4] => {
+                if *number == 2 {
+                    continue;
+                }
+                if *number == 4 {
+                    break;
+                }
+                put(&mut squares, place, *number * *number);
+            });
+            squares
+        };
+        assert_eq!(SQUARES, [1, 0, 9, 0]);
+        assert_eq!(*at(&SQUARES, 2), 9);
+    }
+}
