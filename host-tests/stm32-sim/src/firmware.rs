@@ -27,10 +27,20 @@ impl BuildError {
 /// # Errors
 /// There is no program of a name, the build fails, or the target is missing and there is no rustup.
 pub fn build(board: Board, names: &[&str]) -> Result<BTreeMap<String, PathBuf>, BuildError> {
-    let name = board.facts().name;
-    // Two boards have the target of the Blue Pill, and the images of one would replace those of the other. As the alias of cargo.
-    let folder = (board == Board::NucleoF103).then(|| workspace().join("target").join(name));
-    build_with(board, names, name, folder.as_deref())
+    let folder = own_folder(board).map(|it| workspace().join("target").join(it));
+    build_with(board, names, board.facts().name, folder.as_deref())
+}
+
+/// The folder of a board in the target directory, as in its alias of cargo: two boards have the target of the Blue Pill, and the images of
+/// one would replace those of the other.
+fn own_folder(board: Board) -> Option<&'static str> {
+    (board == Board::NucleoF103).then(|| board.facts().name)
+}
+
+/// The folder of the images of a board in the target directory.
+pub fn folder(board: Board) -> PathBuf {
+    let own = own_folder(board).unwrap_or_default();
+    Path::new(own).join(board.facts().target).join("release")
 }
 
 /// As [`build`], with the log. The files are in a folder of their own, so that they do not replace those without the log.

@@ -1,4 +1,4 @@
-//! Replays each recorded trace in `host-tests/traces`: the core and the images of both boards send the same bytes.
+//! Replays each recorded trace in `host-tests/traces`: the core and the images of Blue Pill and Nucleo-F446RE send the same bytes.
 //!
 //! The traces of a product can also be beside it, in its folder in `core/src/model`.
 //!

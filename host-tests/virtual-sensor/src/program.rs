@@ -45,7 +45,7 @@ pub struct Options {
     #[arg(long, value_name = "ARTICLE")]
     article: Option<String>,
 
-    /// Run this firmware image (an ELF file for the Blue Pill or the Nucleo) on a simulated microcontroller, instead of the model
+    /// Run this firmware image (an ELF file for one of the boards) on a simulated microcontroller, instead of the model
     /// built for the PC
     #[arg(long, value_name = "FILE")]
     elf: Option<PathBuf>,

@@ -1,7 +1,7 @@
-//! Prints the size of every product's firmware image on both boards. Fails when one grew by more than 10 % over the recorded size
+//! Prints the size of every product's firmware image on all boards. Fails when one grew by more than 10 % over the recorded size
 //! (`image_sizes.toml`), exceeds the flash of the Blue Pill, or has an instruction that an erratum of its processor makes unsafe.
 //!
-//! Build the images first: `cargo build-bluepill`, `cargo build-nucleo`.
+//! Build the images first: `cargo build-bluepill`, `cargo build-nucleo`, `cargo build-nucleo-f103rb`.
 
 use clap::Parser;
 use cost::limits;
@@ -12,10 +12,12 @@ use std::collections::BTreeMap;
 use std::error::Error;
 use std::path::PathBuf;
 use std::process::ExitCode;
+use stm32_sim::board::Board;
 use stm32_sim::elf::scan;
+use stm32_sim::firmware;
 use stm32_sim::image::Size;
 
-/// Prints the size of every product's firmware image on both boards, and compares it with the recorded one.
+/// Prints the size of every product's firmware image on all boards, and compares it with the recorded one.
 #[derive(Parser)]
 struct Options {
     /// The target directory with the images.
@@ -41,27 +43,10 @@ const HEAD: &str = "\
 /// A size that is always permitted to grow.
 const FEW: u64 = 64;
 
-/// A board with the products that are built for it.
-struct Board {
-    name: &'static str,
-    /// The target triple of the compiler.
-    target: &'static str,
-    /// The largest program of a product in bytes, if it is not the linker script that limits it.
-    flash: Option<fn(&Product) -> u64>,
+/// The largest program of a product on a board in bytes, if it is not the linker script that limits it.
+fn limit(board: Board, product: &Product) -> Option<u64> {
+    (board == Board::BluePill).then(|| limits::flash(product))
 }
-
-const BOARDS: [Board; 2] = [
-    Board {
-        name: "bluepill",
-        target: "thumbv7m-none-eabi",
-        flash: Some(limits::flash),
-    },
-    Board {
-        name: "nucleo-f446re",
-        target: "thumbv7em-none-eabihf",
-        flash: None,
-    },
-];
 
 /// The size of an image in bytes.
 #[derive(Clone, Copy, Deserialize, Serialize)]
@@ -73,12 +58,12 @@ struct Bytes {
 
 /// The error of a size, if any.
 fn complaint(
-    board: &Board,
+    board: Board,
     product: &Product,
     size: Bytes,
     recorded: Option<Bytes>,
 ) -> Option<String> {
-    if let Some(limit) = board.flash.map(|limit| limit(product))
+    if let Some(limit) = limit(board, product)
         && size.flash > limit
     {
         return Some(format!(
@@ -113,8 +98,9 @@ fn run(options: &Options) -> Result<Vec<String>, Box<dyn Error>> {
     let recorded: Recorded = toml::from_str(FILE)?;
     let mut measured = Recorded::new();
     let mut complaints = Vec::new();
-    for board in &BOARDS {
-        let folder = options.target.join(board.target).join("release");
+    for board in Board::ALL {
+        let folder = options.target.join(firmware::folder(board));
+        let board_name = board.facts().name;
         for product in PRODUCTS {
             let path = folder.join(product.name);
             let place = path.display();
@@ -129,12 +115,12 @@ fn run(options: &Options) -> Result<Vec<String>, Box<dyn Error>> {
             let name = base(product).unwrap_or(product).name;
             let Size { flash, ram } = size;
             let size = Bytes { flash, ram };
-            let known = recorded.get(board.name).and_then(|sizes| sizes.get(name));
+            let known = recorded.get(board_name).and_then(|sizes| sizes.get(name));
             complaints.extend(
                 complaint(board, product, size, known.copied())
                     .map(|error| format!("{place}: {error}")),
             );
-            let sizes = measured.entry(board.name.to_owned()).or_default();
+            let sizes = measured.entry(board_name.to_owned()).or_default();
             sizes.entry(name.to_owned()).or_insert(size);
         }
     }
