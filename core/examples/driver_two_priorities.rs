@@ -5,7 +5,7 @@ use plumbline::can::{BitRate, Filter, Frame, standard};
 use plumbline::measure::{I32x3, ONE_G, Reading};
 use plumbline::model::jn2101::Jn2101;
 use plumbline::node::driver::{self, Driver, Line, Link, LinkOf, Phase, Platform, TwoPriorities};
-use plumbline::node::{Action, Boot, BusEvent, Communication, Divided};
+use plumbline::node::{Action, Boot, BusEvent, CommunicationOf, ProductNode};
 use plumbline::time::Instant;
 use std::sync::Mutex;
 
@@ -40,24 +40,16 @@ impl driver::Controller for Mailboxes {
     fn lose(&mut self) {}
 }
 
-type Application = <Jn2101 as Divided>::Application;
-type Protocol = <Jn2101 as Divided>::Protocol;
-type Half = Communication<Application, Protocol>;
-
 /// The link of the node. On a microcontroller, the lock masks the interrupts.
-struct Memory<'a>(Mutex<(&'a mut Half, Line<Mailboxes>)>);
+struct Memory<'a>(Mutex<(&'a mut CommunicationOf<Jn2101>, Line<Mailboxes>)>);
 
 impl driver::Shared for &Memory<'_> {
-    type Application = Application;
-    type Protocol = Protocol;
+    type Node = Jn2101;
     type Controller = Mailboxes;
 
-    fn with<R>(&self, f: impl FnOnce(&mut LinkOf<'_, Self>) -> R) -> R {
+    fn with<R>(&self, f: impl FnOnce(&mut LinkOf<'_, Jn2101, Mailboxes>) -> R) -> R {
         let (node, line) = &mut *self.0.lock().expect("no panic");
         f(&mut Link::new(node, line))
-    }
-    fn now(&self) -> Instant {
-        NOW
     }
 }
 

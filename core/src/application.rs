@@ -116,7 +116,7 @@ pub struct Readout {
 }
 
 /// A complete set of published values.
-pub trait Values: Copy {
+pub trait Values: Copy + Send + 'static {
     /// The values before the first published ones; they are not used. If all bits are 0, they need no flash.
     const INITIAL: Self;
 
@@ -185,7 +185,7 @@ pub enum Effect {
 }
 
 /// The measurement and actions of a product.
-pub trait Application: Sized {
+pub trait Application: Sized + Send + 'static {
     /// The parameters of the product.
     type Table: Table;
     /// The values that the application publishes after each reading.

@@ -2,7 +2,7 @@
 //!
 //! A board, a test or the virtual sensor drives the core through one trait: [`node::Node`]. Inputs are samples and frames,
 //! outputs are frames. The time is an argument of each call. A driver that answers frames at a higher priority uses the two halves of
-//! a node ([`node::Divided`]).
+//! a node ([`node::ProductNode`]).
 //!
 //! **The path of a sample**: [`measure`] corrects it ([`measure::calibration`]), filters it ([`measure::low_pass`],
 //! [`measure::fir`]) and calculates the angles ([`measure::definition`], [`angle`]). The [`application`] of the product checks

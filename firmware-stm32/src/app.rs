@@ -21,24 +21,21 @@ use plumbline::application::Application;
 use plumbline::can::Filter;
 use plumbline::measure::{I32x3, ONE_G, Reading, SAMPLE_PERIOD};
 use plumbline::node::driver::{Driver, Line, Platform, TwoPriorities};
-use plumbline::node::{Action, BitTime, Boot, BusEvent, Divided};
+use plumbline::node::{Action, BitTime, BusEvent, ProductNode, StoreOf};
 use plumbline::store::{Owner, Store};
 use plumbline::time::{Instant, after, earlier, reached};
 
-/// Runs a node without end. `owner` returns the owner of the stored records for a serial number. `store` and `element` are memory for
-/// the [`Store`], with a `BUFFER` of the [`STORE_BUFFER`](plumbline::node::CanNode::STORE_BUFFER) of the node, and for the driver of the
-/// accelerometer. `link` is shared with the CAN interrupts. `start_node` starts the node. `TESTS` is 1 if the node requests
-/// self-tests, otherwise 0. `GYROSCOPES` is 1 if it needs the angular rate, otherwise 0. `DETECTS` is true if it detects the bit rate.
+/// Runs a node without end. `store` and `element` are memory for the store and for the driver of the accelerometer. `link` is shared with the
+/// CAN interrupts.
 ///
 /// # Safety
 /// Call it only once: it takes all peripherals. A check at run time would need 64 bytes of flash.
-pub unsafe fn run<N: Divided + 'static, E: Element, const BUFFER: usize, const DETECTS: bool>(
-    owner: fn(u32) -> Owner,
-    store: &'static mut MaybeUninit<ParameterStore<BUFFER>>,
+pub unsafe fn run<N: ProductNode, E: Element>(
+    article: &N::Article,
+    store: &'static mut MaybeUninit<ParameterStore<N>>,
     element: &'static mut MaybeUninit<E>,
     node: &'static mut N,
     link: &'static Shared<N>,
-    start_node: impl FnOnce(&mut N, Instant, &Boot),
 ) -> ! {
     // SAFETY: the caller calls this function only once.
     let board = unsafe { Board::take() };
@@ -49,7 +46,7 @@ pub unsafe fn run<N: Divided + 'static, E: Element, const BUFFER: usize, const D
         leds,
         switches,
         can,
-    } = start(board, owner, store, element);
+    } = start::<N, E>(board, article, store, element);
     if N::Application::MEASURES_SUPPLY {
         board::start_adc();
     }
@@ -61,7 +58,7 @@ pub unsafe fn run<N: Divided + 'static, E: Element, const BUFFER: usize, const D
     if boot.damaged {
         warn!("stored parameters are damaged");
     }
-    start_node(node, now, &boot);
+    node.start(article, now, &boot);
     let (communication, acquisition) = node.halves();
     let Some(line) = singleton!(: Line<Mailboxes> = Line::new(Mailboxes::EMPTY)) else {
         SCB::sys_reset()
@@ -71,7 +68,7 @@ pub unsafe fn run<N: Divided + 'static, E: Element, const BUFFER: usize, const D
     let Some(bus) = Bus::new(can) else {
         SCB::sys_reset()
     };
-    let mut app = App::<N, _, _, DETECTS> {
+    let mut app = App {
         driver: Driver::new(TwoPriorities::new(acquisition, link)),
         hardware: Hardware {
             bus,
@@ -82,7 +79,6 @@ pub unsafe fn run<N: Divided + 'static, E: Element, const BUFFER: usize, const D
             has_events: false,
             bit_time: None,
             ends_frame: false,
-            keeps: N::Application::HEATER.is_some(),
         },
         sample_due: now,
         reading: None,
@@ -98,30 +94,30 @@ pub unsafe fn run<N: Divided + 'static, E: Element, const BUFFER: usize, const D
 
 /// All parts except the node, ready to run. Large parts are in static memory, so that their size is part of the image and they
 /// are not moved over the stack.
-struct Parts<E: Element + 'static, const BUFFER: usize> {
+struct Parts<N: ProductNode, E: Element + 'static> {
     watchdog: Watchdog,
-    store: &'static mut ParameterStore<BUFFER>,
+    store: &'static mut ParameterStore<N>,
     element: &'static mut E,
     leds: StatusLeds,
     switches: Switches,
     can: CanPeripheral,
 }
 
-/// The nonvolatile memory of this board.
-pub type ParameterStore<const BUFFER: usize> = Store<ParameterFlash<board::Flash>, BUFFER>;
+/// The store of node `N` in the nonvolatile memory of this board.
+pub type ParameterStore<N> = StoreOf<N, ParameterFlash<board::Flash>>;
 
 /// Performs the boot up to the start of the node.
-fn start<E: Element, const BUFFER: usize>(
+fn start<N: ProductNode, E: Element>(
     board: Board,
-    owner: fn(u32) -> Owner,
-    store: &'static mut MaybeUninit<ParameterStore<BUFFER>>,
+    article: &N::Article,
+    store: &'static mut MaybeUninit<ParameterStore<N>>,
     element: &'static mut MaybeUninit<E>,
-) -> Parts<E, BUFFER> {
+) -> Parts<N, E> {
     let mut watchdog = board.watchdog;
     clock::start(board.systick);
 
     info!("serial number {=u32}", board.serial);
-    let store = create_store(store, board.flash, owner(board.serial));
+    let store = create_store::<N>(store, board.flash, N::owner(article, board.serial));
     store.scan();
     watchdog.feed();
     store.prepare();
@@ -139,11 +135,11 @@ fn start<E: Element, const BUFFER: usize>(
 }
 
 /// Creates the store of the nonvolatile memory in place.
-fn create_store<const BUFFER: usize>(
-    place: &'static mut MaybeUninit<ParameterStore<BUFFER>>,
+fn create_store<N: ProductNode>(
+    place: &'static mut MaybeUninit<ParameterStore<N>>,
     flash: ParameterFlash<board::Flash>,
     owner: Owner,
-) -> &'static mut ParameterStore<BUFFER> {
+) -> &'static mut ParameterStore<N> {
     place.write(Store::new(flash, owner))
 }
 
@@ -156,10 +152,10 @@ fn create_element<E: Element>(
 }
 
 /// The hardware that the main loop uses.
-struct Hardware<E: Element + 'static, const BUFFER: usize, const DETECTS: bool> {
+struct Hardware<N: ProductNode, E: Element + 'static> {
     bus: &'static mut Bus,
     element: &'static mut E,
-    store: &'static mut ParameterStore<BUFFER>,
+    store: &'static mut ParameterStore<N>,
     leds: StatusLeds,
     switches: Switches,
     /// True until the events of the controller are read in this turn.
@@ -168,13 +164,9 @@ struct Hardware<E: Element + 'static, const BUFFER: usize, const DETECTS: bool> 
     bit_time: Option<BitTime>,
     /// True until the check whether the controller has missed this frame.
     ends_frame: bool,
-    /// True if the node keeps a word over a restart.
-    keeps: bool,
 }
 
-impl<E: Element, const BUFFER: usize, const DETECTS: bool> Platform
-    for Hardware<E, BUFFER, DETECTS>
-{
+impl<N: ProductNode, E: Element> Platform for Hardware<N, E> {
     fn step(&mut self, filters: impl FnOnce(&mut dyn FnMut(Filter))) -> bool {
         self.bus.step(filters)
     }
@@ -188,7 +180,7 @@ impl<E: Element, const BUFFER: usize, const DETECTS: bool> Platform
                 return event;
             }
         }
-        if !DETECTS {
+        if !N::DETECTS {
             return None;
         }
         if core::mem::take(&mut self.ends_frame) && self.bus.misses_frame() {
@@ -205,7 +197,7 @@ impl<E: Element, const BUFFER: usize, const DETECTS: bool> Platform
         match action {
             Action::Bus(mode, rate) => {
                 info!("{} at {}", mode, rate);
-                if DETECTS {
+                if N::DETECTS {
                     self.bus.measure(mode);
                 }
                 self.bus.configure(mode, rate);
@@ -229,7 +221,7 @@ impl<E: Element, const BUFFER: usize, const DETECTS: bool> Platform
 
     fn restart(&mut self, kept: u32) {
         self.switches.heat(0);
-        if self.keeps {
+        if N::Application::HEATER.is_some() {
             kept::put(kept);
         }
         info!("restart");
@@ -238,17 +230,15 @@ impl<E: Element, const BUFFER: usize, const DETECTS: bool> Platform
 }
 
 /// The state of the main loop.
-struct App<N: Divided + 'static, E: Element + 'static, const BUFFER: usize, const DETECTS: bool> {
+struct App<N: ProductNode, E: Element + 'static> {
     driver: Driver<TwoPriorities<'static, &'static Shared<N>>>,
-    hardware: Hardware<E, BUFFER, DETECTS>,
+    hardware: Hardware<N, E>,
     sample_due: Instant,
     /// A reading for the measuring half.
     reading: Option<Reading>,
 }
 
-impl<N: Divided + 'static, E: Element + 'static, const BUFFER: usize, const DETECTS: bool>
-    App<N, E, BUFFER, DETECTS>
-{
+impl<N: ProductNode, E: Element + 'static> App<N, E> {
     /// One iteration of the loop: a small step of each task. Returns true if there can be more to do at once.
     fn turn(&mut self) -> bool {
         // During the calculation, which takes long, the interrupts answer frames.
@@ -258,7 +248,7 @@ impl<N: Divided + 'static, E: Element + 'static, const BUFFER: usize, const DETE
         }
         let hardware = &mut self.hardware;
         hardware.has_events = true;
-        if DETECTS && hardware.bit_time.is_none() {
+        if N::DETECTS && hardware.bit_time.is_none() {
             // This comes before the step of the bus. If the controller can join the bus at the end of this frame, the step completes the
             // join.
             hardware.bit_time = hardware.bus.bit_time();
@@ -267,13 +257,13 @@ impl<N: Divided + 'static, E: Element + 'static, const BUFFER: usize, const DETE
         let settling = self.driver.turn(hardware);
         let reading = self.read();
         let saving = self.save();
-        settling || reading || saving || DETECTS && self.hardware.bus.is_urgent()
+        settling || reading || saving || N::DETECTS && self.hardware.bus.is_urgent()
     }
 
     /// The time of the next iteration if no interrupt comes before.
     fn wake(&self) -> Instant {
         let bus = &self.hardware.bus;
-        if bus.restless() || DETECTS && bus.measures() {
+        if bus.restless() || N::DETECTS && bus.measures() {
             // At the next tick.
             return clock::now();
         }

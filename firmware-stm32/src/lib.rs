@@ -21,6 +21,9 @@ compile_error!("the STM32F103 has no FPU: build it with --target thumbv7m-none-e
 #[cfg(target_os = "none")]
 pub use cortex_m_rt;
 
+#[doc(hidden)]
+pub use plumbline::node::ProductNode;
+
 use plumbline::model::catalog::PRODUCTS;
 use plumbline::store::ImageId;
 
@@ -98,18 +101,16 @@ macro_rules! pulse_interrupt {
 macro_rules! firmware {
     ($node:ty, $article:expr) => {
         $crate::pulse_interrupt!();
-        $crate::firmware!($node, $article.name, $article.image, |node, now, boot| node
-            .start($article, now, boot));
+        $crate::firmware!($node, $article, $article.name, $article.image);
     };
     ($node:ty, $name:expr, $image:expr) => {
         const _: () = assert!(
-            !<$node>::DETECTS,
+            !<$node as $crate::ProductNode>::DETECTS,
             "a product that detects the bit rate needs `pulse_interrupt!`"
         );
-        $crate::firmware!($node, $name, $image, |node, now, boot| node
-            .start(now, boot));
+        $crate::firmware!($node, &(), $name, $image);
     };
-    ($node:ty, $name:expr, $image:expr, |$it:ident, $now:ident, $boot:ident| $start:expr) => {
+    ($node:ty, $article:expr, $name:expr, $image:expr) => {
         const _: () = assert!(
             $crate::is_program_of(env!("CARGO_BIN_NAME"), $image),
             "the program has the name of its product"
@@ -117,26 +118,26 @@ macro_rules! firmware {
 
         #[cfg(target_os = "none")]
         const _: () = assert!(
-            <$node>::FILTERS <= $crate::board::FILTER_BANKS as usize,
+            <$node as $crate::ProductNode>::FILTERS <= $crate::board::FILTER_BANKS as usize,
             "the controller must have a bank for each filter"
         );
 
         /// The driver of the measuring element.
         #[cfg(target_os = "none")]
         type Element = $crate::imu::Fitted<
-            { <$node>::HAS_SELF_TEST as usize },
-            { <$node>::HAS_GYROSCOPE as usize },
+            { <$node as $crate::ProductNode>::HAS_SELF_TEST as usize },
+            { <$node as $crate::ProductNode>::HAS_GYROSCOPE as usize },
         >;
 
         #[cfg(target_os = "none")]
         const _: () = {
             use $crate::imu::Element as Part;
             assert!(
-                Element::GYROSCOPE || !<$node>::HAS_GYROSCOPE,
+                Element::GYROSCOPE || !<$node as $crate::ProductNode>::HAS_GYROSCOPE,
                 "this product needs a gyroscope, and the measuring element of this build has none"
             );
             assert!(
-                Element::SELF_TEST || !<$node>::HAS_SELF_TEST,
+                Element::SELF_TEST || !<$node as $crate::ProductNode>::HAS_SELF_TEST,
                 "this product needs a self-test, and the measuring element of this build has none"
             );
         };
@@ -176,21 +177,11 @@ macro_rules! firmware {
         fn main() -> ! {
             // In static memory, so that its size is part of the image and not of the stack. `entry` makes it safe to borrow.
             static mut NODE: $node = <$node>::INITIAL;
-            static mut STORE: core::mem::MaybeUninit<
-                $crate::app::ParameterStore<{ <$node>::STORE_BUFFER }>,
-            > = core::mem::MaybeUninit::uninit();
+            static mut STORE: core::mem::MaybeUninit<$crate::app::ParameterStore<$node>> =
+                core::mem::MaybeUninit::uninit();
             static mut ELEMENT: core::mem::MaybeUninit<Element> = core::mem::MaybeUninit::uninit();
             // SAFETY: `entry` permits no other call of this function.
-            unsafe {
-                $crate::app::run::<_, _, _, { <$node>::DETECTS }>(
-                    |serial| <$node>::owner($image, serial),
-                    STORE,
-                    ELEMENT,
-                    NODE,
-                    &LINK,
-                    |$it: &mut $node, $now, $boot: &_| $start,
-                )
-            }
+            unsafe { $crate::app::run($article, STORE, ELEMENT, NODE, &LINK) }
         }
 
         #[cfg(not(target_os = "none"))]
@@ -198,8 +189,8 @@ macro_rules! firmware {
             println!(
                 "{} is firmware for a board ({} filters, {:?}): see the README",
                 $name,
-                <$node>::FILTERS,
-                <$node>::owner($image, 0),
+                <$node as $crate::ProductNode>::FILTERS,
+                <$node as $crate::ProductNode>::owner($article, 0),
             );
         }
     };

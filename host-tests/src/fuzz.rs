@@ -78,7 +78,7 @@ pub struct Sensor {
     product: &'static Product,
     node_type: NodeType,
     node: Box<dyn Node>,
-    store: Option<Store<Flash, STORE_BUFFER>>,
+    store: Option<Store<Flash, [u8; STORE_BUFFER]>>,
     now: Instant,
     /// The node-ID in the last boot-up message.
     node_id: u8,

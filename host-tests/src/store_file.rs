@@ -7,7 +7,7 @@ use plumbline::store::{Owner, Store, Unit, crc32};
 use std::path::Path;
 
 /// The store of a unit in a file.
-type FileStore = Store<Flash, STORE_BUFFER>;
+type FileStore = Store<Flash, [u8; STORE_BUFFER]>;
 
 /// Writes the calibration of a unit into its store file. Parameters and identity in it do not change.
 ///

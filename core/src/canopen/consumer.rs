@@ -25,7 +25,7 @@ use crate::time::{Deadline, Instant, millis};
 pub(super) const INDEX: u16 = 0x1016;
 
 /// The nodes whose heartbeat a product monitors.
-pub trait Consumers {
+pub trait Consumers: Send + 'static {
     /// The number of entries in 1016h.
     const COUNT: usize;
     /// No entry is in use: no node is monitored.

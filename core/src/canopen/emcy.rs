@@ -185,7 +185,7 @@ const GENERIC: u8 = 1 << 0;
 const WAITING: usize = 8;
 
 /// The history of errors (1003h).
-pub trait History {
+pub trait History: Send + 'static {
     /// The history before the first error.
     const EMPTY: Self;
     /// The maximum number of errors. When the history is full, the oldest error is removed.

@@ -1,7 +1,7 @@
 //! Optional services: a product selects them by type and does not pay for those that it does not have.
 
 /// A service that a product has ([`Present`]) or does not have ([`Absent`]), with the state `T`.
-pub trait Feature<T> {
+pub trait Feature<T>: Send + 'static {
     /// Whether the product has the service.
     const PRESENT: bool;
     /// The state before the start.
@@ -15,7 +15,7 @@ pub trait Feature<T> {
 }
 
 /// The state of a service before the start. If all its bits are 0, it needs no flash.
-pub trait Initial {
+pub trait Initial: Send + 'static {
     /// The state before the start.
     const INITIAL: Self;
 }

@@ -99,7 +99,7 @@ pub(super) type Entries = heapless::Vec<Entry, 8>;
 ///
 /// [`TpdoArray`] is the implementation. The number of TPDOs and of mapped objects is checked against the dictionary at compile
 /// time.
-pub trait Tpdos {
+pub trait Tpdos: Send + 'static {
     /// The number of TPDOs, 1800h and following.
     const COUNT: usize;
     /// The maximum number of mapped objects of a TPDO.

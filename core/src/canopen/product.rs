@@ -72,7 +72,7 @@ pub(super) type ValuesOf<P> = <<P as Product>::Application as Application>::Valu
 /// A product with the CANopen protocol.
 ///
 /// [`project!(objects)`](crate::project) derives the rows, texts and settings from the description, and checks it.
-pub trait Product: Sized + 'static {
+pub trait Product: Sized + Send + 'static {
     /// What the product measures, and what it does with the numbers that masters write.
     type Application: Application;
     /// Its TPDOs, for example `TpdoArray<2, 4>`: two with up to four mapped objects. The numbers must be those of the dictionary.

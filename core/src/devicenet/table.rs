@@ -164,7 +164,7 @@ pub struct Roles {
 /// A product with the DeviceNet protocol.
 ///
 /// [`project!(attributes)`](crate::project) derives the last constants from the description.
-pub trait Product: 'static {
+pub trait Product: Send + 'static {
     /// Its measurement and actions. Each stored parameter must have
     /// [`Persistence::AtOnce`](crate::param::Persistence::AtOnce).
     type Application: Application;

@@ -2,7 +2,8 @@
 
 use super::protocol::Fsc;
 use super::table::{Article, Product};
-use crate::node::{Boot, CanNode};
+use crate::node::{AcquisitionOf, Boot, CanNode, CommunicationOf, ProductNode, owner};
+use crate::store::Owner;
 use crate::time::Instant;
 
 /// A node of product `P` with the FSC protocol.
@@ -23,5 +24,25 @@ impl<P: Product> CanNode<P::Application, Fsc<P>> {
             P::set_article(application, article);
             protocol.restored(article, parameters, damaged);
         });
+    }
+}
+
+impl<P: Product> ProductNode for FscNode<P> {
+    type Application = P::Application;
+    type Protocol = Fsc<P>;
+    type Article = Article;
+
+    const INITIAL: Self = Self::INITIAL;
+
+    fn owner(article: &Article, serial: u32) -> Owner {
+        owner::<P::Application>(article.image, serial)
+    }
+
+    fn start(&mut self, article: &Article, now: Instant, boot: &Boot) {
+        self.start(article, now, boot);
+    }
+
+    fn halves(&mut self) -> (&mut CommunicationOf<Self>, &mut AcquisitionOf<Self>) {
+        self.split()
     }
 }

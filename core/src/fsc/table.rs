@@ -263,7 +263,7 @@ pub struct Article {
 /// A product with the FSC protocol.
 ///
 /// [`project!(functions)`](crate::project) derives [`CODES`](Self::CODES) from the description.
-pub trait Product: Sized + 'static {
+pub trait Product: Sized + Send + 'static {
     /// What the product measures, and what it does with the numbers that masters write.
     type Application: Application;
 

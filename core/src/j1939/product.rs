@@ -40,7 +40,7 @@ pub struct Sent<A: Application> {
 /// A product with the J1939 protocol.
 ///
 /// [`project!(groups)`](crate::project) checks the tables where they are written.
-pub trait Product: Sized + 'static {
+pub trait Product: Sized + Send + 'static {
     /// What the product measures, and what it does with the numbers that masters write.
     type Application: Application;
     /// A timer for each of its groups, for example `[Timer; 4]`.

@@ -47,7 +47,7 @@ impl Timer {
 }
 
 /// A timer for each group of a product.
-pub trait Timers: AsMut<[Timer]> {
+pub trait Timers: AsMut<[Timer]> + Send + 'static {
     /// The number of timers: one for each group in [`Product::SENT`](super::Product::SENT).
     const COUNT: usize;
     /// All timers are off. All bits are 0.

@@ -7,69 +7,30 @@ use crate::application::{Application, Readout};
 use crate::can::{Filter, Frame};
 use crate::measure::Reading;
 use crate::measure::self_test::Working;
-use crate::param::{Parameters, Table};
-use crate::store::{ImageId, Owner, StoreError, buffer_size};
+use crate::param::Parameters;
+use crate::store::{ImageId, StoreError};
 use crate::time::Instant;
 
 /// A node that consists of an application and a protocol.
 ///
-/// As a [`Node`] it is for a driver with one thread of execution. [`Divided::halves`] is for a driver that handles frames at a
-/// higher priority than readings.
+/// As a [`Node`] it is for a driver with one thread of execution. [`ProductNode::halves`](super::ProductNode::halves) is for a driver that
+/// handles frames at a higher priority than readings.
 pub struct CanNode<A: Application, P> {
     communication: Communication<A, P>,
     acquisition: Acquisition<A>,
 }
 
-/// The types of a node that consists of two halves.
-pub trait Divided {
-    /// The application, in the measuring half.
-    type Application: Application + 'static;
-    /// The protocol, in the communicating half.
-    type Protocol: Protocol<Self::Application> + 'static;
-
-    /// The communicating and the measuring half, for a driver that handles frames at a higher priority than readings.
-    fn halves(&mut self) -> Halves<'_, Self::Application, Self::Protocol>;
-}
-
-/// The communicating and the measuring half of a node.
-pub type Halves<'a, A, P> = (&'a mut Communication<A, P>, &'a mut Acquisition<A>);
-
-impl<A: Application + 'static, P: Protocol<A> + 'static> Divided for CanNode<A, P> {
-    type Application = A;
-    type Protocol = P;
-
-    fn halves(&mut self) -> Halves<'_, A, P> {
-        (&mut self.communication, &mut self.acquisition)
-    }
-}
-
 impl<A: Application, P: Protocol<A>> CanNode<A, P> {
-    /// The size, in bytes, of the buffer of a [`Store`](crate::store::Store) for its parameters.
-    pub const STORE_BUFFER: usize = buffer_size(A::Table::STORED_SIZE);
-    /// The number of acceptance filters.
-    pub const FILTERS: usize = P::FILTERS;
-    /// Whether it detects the bit rate.
-    pub const DETECTS: bool = P::DETECTS;
-    /// Whether it requests self-tests of the accelerometer.
-    pub const HAS_SELF_TEST: bool = A::HAS_SELF_TEST;
-    /// Whether it needs the angular rate.
-    pub const HAS_GYROSCOPE: bool = A::HAS_GYROSCOPE;
-
-    /// The owner of the records in its store.
-    pub const fn owner(image: ImageId, serial: u32) -> Owner {
-        const { assert!(A::Table::LAYOUT >= 1) };
-        Owner {
-            image,
-            layout: A::Table::LAYOUT,
-            serial,
-        }
-    }
-
     /// A node that is not started, for static memory. All bits are 0, so it needs no flash.
     pub const INITIAL: Self = Self {
         communication: Communication::INITIAL,
         acquisition: Acquisition::INITIAL,
     };
+
+    /// The communicating and the measuring half.
+    pub(crate) fn split(&mut self) -> (&mut Communication<A, P>, &mut Acquisition<A>) {
+        (&mut self.communication, &mut self.acquisition)
+    }
 
     /// Restores the parameters, the calibration and the identity of `boot`. Calls `started` before it applies the parameters; the last argument
     /// of `started` is true if the memory is damaged.

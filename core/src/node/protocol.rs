@@ -88,7 +88,7 @@ pub enum BusChange {
 /// The node calls [`start`](Self::start) with the first reading, or when it has not come in time. Until then it calls only
 /// [`detects`](Self::detects), [`recovers`](Self::recovers), [`filters`](Self::filters) and [`deadlines`](Self::deadlines). It calls
 /// [`receive`](Self::receive) only while it is on the bus.
-pub trait Protocol<A: Application>: Sized {
+pub trait Protocol<A: Application>: Sized + Send + 'static {
     /// A protocol that is not started. If all its bits are 0, it needs no flash: a node is in static memory.
     const INITIAL: Self;
     /// The maximum number of queued frames that are not replies: cyclic values of different identifiers, and one event.

@@ -7,6 +7,7 @@
 use super::row::{Limits, ParameterRow, Refused};
 use super::wide::WideLimits;
 use super::{Constraint, Parameter, ParameterId};
+use crate::store::Buffer;
 use core::fmt;
 use core::marker::PhantomData;
 
@@ -14,7 +15,7 @@ use core::marker::PhantomData;
 ///
 /// [`project!(parameters)`](crate::project) derives `Numbers`, `FACTORY`, `PARAMETER_ROWS`, `POOL`, `STORED_SIZE`, `REALS` and `WIDE_LIMITS`
 /// from `PARAMETERS` and `CONSTRAINTS`, so that they always match.
-pub trait Table: 'static {
+pub trait Table: Send + 'static {
     /// The description; the id of each row is its index.
     const PARAMETERS: &'static [Parameter];
     /// The conditions for two parameters together, which each write must keep.
@@ -32,6 +33,8 @@ pub trait Table: 'static {
     const POOL: &'static [Limits];
     /// The size in bytes of the stored values.
     const STORED_SIZE: usize;
+    /// The buffer of a [`Store`](crate::store::Store) for the parameters.
+    type Buffer: Buffer;
     /// Whether a parameter is a real number.
     const REALS: bool;
     /// The limits of the parameters of 64 bits.
@@ -39,7 +42,7 @@ pub trait Table: 'static {
 }
 
 /// An array with a number for each parameter.
-pub trait Numbers: Copy + AsRef<[u32]> + AsMut<[u32]> {
+pub trait Numbers: Copy + Send + AsRef<[u32]> + AsMut<[u32]> {
     /// The number 0 for each parameter.
     const ZERO: Self;
 }

@@ -43,7 +43,7 @@ mod survey;
 pub mod unit;
 
 pub use record::{buffer_size, crc32};
-pub use slots::Store;
+pub use slots::{Buffer, Store};
 pub use unit::{Name, Unit};
 
 use crate::measure::Calibration;

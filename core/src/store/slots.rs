@@ -44,9 +44,23 @@ impl Slot {
     };
 }
 
-/// The records of one device in a memory with two slots. `N` is the [`buffer_size`](super::buffer_size) of its parameters.
+/// The buffer of a [`Store`]: an array of bytes.
+pub trait Buffer: Send + AsRef<[u8]> + AsMut<[u8]> + 'static {
+    /// All bytes 0.
+    const ZERO: Self;
+    /// The number of bytes.
+    const SIZE: usize;
+}
+
+impl<const N: usize> Buffer for [u8; N] {
+    const ZERO: Self = [0; N];
+    const SIZE: usize = N;
+}
+
+/// The records of one device in a memory with two slots. The size of buffer `B` is the [`buffer_size`](super::buffer_size) of its
+/// parameters; [`StoreOf`](crate::node::StoreOf) is the store for a node.
 #[derive(Debug)]
-pub struct Store<M, const N: usize> {
+pub struct Store<M, B> {
     memory: M,
     /// The size of a slot.
     size: usize,
@@ -65,10 +79,10 @@ pub struct Store<M, const N: usize> {
     sequence: u32,
     save: Option<Save>,
     /// The record of the calibration, the record of the identity, then the record of the parameters.
-    buffer: [u8; N],
+    buffer: B,
 }
 
-impl<M: NorFlash, const N: usize> Store<M, N> {
+impl<M: NorFlash, B: Buffer> Store<M, B> {
     /// Finds the records of `owner` in `memory`. Does not write.
     pub fn open(memory: M, owner: Owner) -> Self {
         let mut store = Self::new(memory, owner);
@@ -81,7 +95,7 @@ impl<M: NorFlash, const N: usize> Store<M, N> {
         const {
             assert!(M::WRITE_SIZE <= WORD && WORD.is_multiple_of(M::WRITE_SIZE));
             assert!(M::READ_SIZE == 1);
-            assert!(N >= super::buffer_size(0));
+            assert!(B::SIZE >= super::buffer_size(0));
         }
         Self {
             size: memory.capacity() / 2 / M::ERASE_SIZE * M::ERASE_SIZE,
@@ -96,7 +110,7 @@ impl<M: NorFlash, const N: usize> Store<M, N> {
             damaged: false,
             sequence: 0,
             save: None,
-            buffer: [0; N],
+            buffer: B::ZERO,
         }
     }
 
@@ -106,7 +120,11 @@ impl<M: NorFlash, const N: usize> Store<M, N> {
         let calibration = calibration.and_then(Calibration::decode);
         let unit = Unit::decode(self.owner.image, self.identity());
         // Parameters of a newer firmware beyond the buffer are unknown.
-        let place = self.buffer.get_mut(self.device..).unwrap_or_default();
+        let place = self
+            .buffer
+            .as_mut()
+            .get_mut(self.device..)
+            .unwrap_or_default();
         let length = self.newest.length.min(place.len());
         let place = place.get_mut(..length);
         let parameters = place.filter(|_| self.newest.is_there()).and_then(|place| {
@@ -194,7 +212,11 @@ impl<M: NorFlash, const N: usize> Store<M, N> {
     fn save_after_device(&mut self, encode: impl FnOnce(&mut [u8]) -> Option<usize>) {
         let sequence = self.sequence.wrapping_add(1);
         let check = self.check();
-        let place = self.buffer.get_mut(self.device..).unwrap_or_default();
+        let place = self
+            .buffer
+            .as_mut()
+            .get_mut(self.device..)
+            .unwrap_or_default();
         let size = record::encode_parameters(place, self.owner, check, sequence, encode);
         // Parameters that do not fit cannot come from a node of this product. An empty save fails in `verify`.
         self.begin(size.map_or(0, |size| self.device + size));
@@ -234,7 +256,7 @@ impl<M: NorFlash, const N: usize> Store<M, N> {
 
     fn program(&mut self, save: &Save, at: usize) -> Result<(), StoreError> {
         let address = self.address(save) + at - save.from;
-        let bytes = self.buffer.get(at..at + WORD).ok_or(StoreError)?;
+        let bytes = self.buffer.as_ref().get(at..at + WORD).ok_or(StoreError)?;
         let written = self.memory.write(address as u32, bytes);
         written.map_err(|_| StoreError)
     }
@@ -246,7 +268,11 @@ impl<M: NorFlash, const N: usize> Store<M, N> {
         let mut at = save.from;
         while at < save.end {
             let word = read_word(&mut self.memory, address + at - save.from);
-            let bytes = self.buffer.get(at..).and_then(|rest| rest.first_chunk());
+            let bytes = self
+                .buffer
+                .as_ref()
+                .get(at..)
+                .and_then(|rest| rest.first_chunk());
             same &= word.is_some() && word == bytes.map(|&bytes| u32::from_le_bytes(bytes));
             at += WORD;
         }

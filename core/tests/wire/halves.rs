@@ -8,7 +8,7 @@ use plumbline::measure::{I32x3, ONE_G, Reading};
 use plumbline::model::gemac::is1tk::{self, Is1tk};
 use plumbline::model::gemac::is2::{self, Is2};
 use plumbline::model::jn2101::Jn2101;
-use plumbline::node::{Action, Boot, BusMode, Communication, Divided, Node, Task};
+use plumbline::node::{Action, Boot, BusMode, CommunicationOf, Node, ProductNode, Task};
 use plumbline::time::Instant;
 
 const NOW: Instant = Instant::from_ticks(0);
@@ -31,22 +31,20 @@ const RESET: &str = "300#FF5245534554";
 const WRITE: &str = "300#27D00701";
 const READ: &str = "300#17";
 
-type Half<N> = Communication<<N as Divided>::Application, <N as Divided>::Protocol>;
-
 /// The next action after all steps of the timers.
-fn action<N: Divided>(node: &mut Half<N>) -> Option<Action> {
+fn action<N: ProductNode>(node: &mut CommunicationOf<N>) -> Option<Action> {
     while node.tick(NOW) {}
     node.action(NOW)
 }
 
 /// Passes a frame to the node, which must be ready.
-fn receive<N: Divided>(node: &mut Half<N>, text: &str) {
+fn receive<N: ProductNode>(node: &mut CommunicationOf<N>, text: &str) {
     assert!(node.ready(), "{text}");
     node.receive(NOW, &frame(text));
     while node.proceed() {}
 }
 
-fn sent<N: Divided>(node: &mut Half<N>) -> Vec<String> {
+fn sent<N: ProductNode>(node: &mut CommunicationOf<N>) -> Vec<String> {
     let frames = std::iter::from_fn(|| node.transmit());
     frames.map(|frame| format!("{frame:?}")).collect()
 }

@@ -34,7 +34,7 @@ const TURNS_MAX: usize = 1000;
 pub struct Device {
     node_type: NodeType,
     serial: u32,
-    store: Store<Flash, STORE_BUFFER>,
+    store: Store<Flash, [u8; STORE_BUFFER]>,
     motion: Box<dyn Motion>,
     accelerometer: Accelerometer,
     /// The measuring cell, if it has a heater.

@@ -72,7 +72,7 @@ impl Hardware {
 pub(super) struct Board<'a> {
     pub(super) now: Instant,
     pub(super) hardware: &'a mut Hardware,
-    pub(super) store: &'a mut Store<Flash, STORE_BUFFER>,
+    pub(super) store: &'a mut Store<Flash, [u8; STORE_BUFFER]>,
     pub(super) led_history: &'a mut LedHistory,
 }
 

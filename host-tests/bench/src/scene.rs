@@ -31,7 +31,7 @@ impl Axes {
 
     /// The number of angles of a unit with this memory, which can select the variant.
     pub fn stored(node_type: &NodeType, serial: u32, memory: Flash) -> (Self, Flash) {
-        let mut store: Store<_, STORE_BUFFER> = Store::open(memory, node_type.owner(serial));
+        let mut store: Store<_, [u8; STORE_BUFFER]> = Store::open(memory, node_type.owner(serial));
         let axes = Self::after(node_type, &store.boot());
         (axes, store.into_memory())
     }

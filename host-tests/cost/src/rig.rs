@@ -304,7 +304,7 @@ mod tests {
                 "<plumbline::node::can_node::CanNode<A,P> as plumbline::node::Node>::sample",
                 "CanNode::sample",
             ),
-            ("plumbline::store::slots::Store<M,_>::step", "Store::step"),
+            ("plumbline::store::slots::Store<M,B>::step", "Store::step"),
         ] {
             assert_eq!(short(name), expected);
         }

@@ -24,7 +24,7 @@ pub const OWNER: Owner = Owner {
     serial: 0x0102_0304,
 };
 
-pub type Store = plumbline::store::Store<Flash, { buffer_size(PAYLOAD) }>;
+pub type Store = plumbline::store::Store<Flash, [u8; buffer_size(PAYLOAD)]>;
 
 /// The records found at power-up.
 #[derive(Clone, PartialEq, Debug)]

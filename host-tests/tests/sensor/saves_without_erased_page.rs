@@ -110,7 +110,7 @@ fn calibrated(name: &str) -> Flash {
         serial: SERIAL,
     };
     let calibration = Calibration::new([1000, 2000, 3000], [[0; 3]; 3], [0; 3]);
-    let mut store = Store::<_, BUFFER>::open(Flash::default(), owner);
+    let mut store = Store::<_, [u8; BUFFER]>::open(Flash::default(), owner);
     store.calibrate(&calibration.expect("within the ranges"));
     while store.step().is_none() {}
     store.into_memory()

@@ -78,7 +78,7 @@ pub trait Objects {
 }
 
 /// A buffer for the bytes of a text.
-pub trait Buffer {
+pub trait Buffer: Send + 'static {
     /// The buffer without bytes.
     const EMPTY: Self;
     /// The length of the longest text, in bytes.

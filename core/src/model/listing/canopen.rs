@@ -9,7 +9,7 @@ use crate::j1939;
 use crate::j1939::diagnostics::Code;
 use crate::j1939::signal::Group;
 use crate::mistake::Mistake;
-use crate::model::dual::{ApplicationOf, Both, DualNode};
+use crate::model::dual::{Both, DualNode};
 use crate::param::{ParameterId, Setting};
 
 /// The tables of a product with the CANopen protocol.
@@ -100,11 +100,10 @@ impl Product {
         article: Article,
     ) -> Self {
         let protocol = Protocol::Canopen(Tables::of::<P>(article, None));
-        let size = CanopenNode::<P>::STORE_BUFFER;
         Self {
             #[cfg(not(target_os = "none"))]
-            power_up: super::start::canopen::<P>,
-            ..Self::of::<P::Application, CanopenNode<P>>(name, maker, protocol, P::IMAGE, size)
+            power_up: super::start::sole::<CanopenNode<P>>,
+            ..Self::of::<CanopenNode<P>>(name, maker, protocol, P::IMAGE)
         }
     }
 
@@ -130,11 +129,10 @@ impl Product {
         };
         let protocol = Protocol::Canopen(Tables::of::<P>(article, Some(j1939)));
         let image = <P as canopen::Product>::IMAGE;
-        let size = DualNode::<P>::STORE_BUFFER;
         Self {
             #[cfg(not(target_os = "none"))]
-            power_up: super::start::with_j1939::<P>,
-            ..Self::of::<ApplicationOf<P>, DualNode<P>>(name, maker, protocol, image, size)
+            power_up: super::start::sole::<DualNode<P>>,
+            ..Self::of::<DualNode<P>>(name, maker, protocol, image)
         }
     }
 

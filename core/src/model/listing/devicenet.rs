@@ -41,11 +41,10 @@ impl Product {
             assemblies: P::ASSEMBLIES,
         });
         let maker = P::IDENTITY.vendor_name;
-        let size = DevicenetNode::<P>::STORE_BUFFER;
         Self {
             #[cfg(not(target_os = "none"))]
-            power_up: super::start::devicenet::<P>,
-            ..Self::of::<P::Application, DevicenetNode<P>>(name, maker, protocol, P::IMAGE, size)
+            power_up: super::start::sole::<DevicenetNode<P>>,
+            ..Self::of::<DevicenetNode<P>>(name, maker, protocol, P::IMAGE)
         }
     }
 }

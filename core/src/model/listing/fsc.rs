@@ -59,11 +59,10 @@ impl Product {
             status: P::STATUS,
             leds: P::LEDS,
         });
-        let size = FscNode::<P>::STORE_BUFFER;
         Self {
             #[cfg(not(target_os = "none"))]
-            power_up: super::start::fsc::<P>,
-            ..Self::of::<P::Application, FscNode<P>>(name, maker, protocol, image, size)
+            power_up: super::start::fsc::<FscNode<P>>,
+            ..Self::of::<FscNode<P>>(name, maker, protocol, image)
         }
     }
 }

@@ -17,11 +17,14 @@ pub use guide::{Adjustment, Guide, Resolution, Written};
 
 use crate::application::Application;
 use crate::heater;
-use crate::node::{Boot, Node};
+use crate::node::{Boot, ProductNode};
 use crate::param::{Constraint, Parameter, Quantity, Table};
-use crate::store::{ImageId, Owner};
+use crate::store::{Buffer, ImageId, Owner};
 use crate::time::Instant;
 use core::any::TypeId;
+
+/// The parameters of the product of node `N`.
+type TableOf<N> = <<N as ProductNode>::Application as Application>::Table;
 
 /// A product as data, for programs on a PC.
 #[derive(Clone, Copy, Debug)]
@@ -82,23 +85,22 @@ impl Product {
         }
     }
 
-    /// A product with application `A` and node `N`, which is not started.
-    const fn of<A: Application, N: Node + 'static>(
+    /// A product with node `N`, which is not started.
+    const fn of<N: ProductNode>(
         name: &'static str,
         maker: &'static str,
         protocol: Protocol,
         image: ImageId,
-        store_buffer: usize,
     ) -> Self {
         Self {
-            parameters: A::Table::PARAMETERS,
-            constraints: A::Table::CONSTRAINTS,
-            quantities: A::QUANTITIES,
-            heater: A::HEATER,
-            has_gyroscope: A::HAS_GYROSCOPE,
+            parameters: TableOf::<N>::PARAMETERS,
+            constraints: TableOf::<N>::CONSTRAINTS,
+            quantities: N::Application::QUANTITIES,
+            heater: N::Application::HEATER,
+            has_gyroscope: N::Application::HAS_GYROSCOPE,
             image,
-            layout: A::Table::LAYOUT,
-            store_buffer,
+            layout: TableOf::<N>::LAYOUT,
+            store_buffer: <TableOf<N> as Table>::Buffer::SIZE,
             node: TypeId::of::<N>(),
             ..Self::described(name, maker, protocol)
         }

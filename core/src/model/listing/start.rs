@@ -3,11 +3,8 @@
 extern crate alloc;
 
 use super::{Product, Protocol, Settings};
-use crate::canopen::{self, CanopenNode};
-use crate::devicenet::{self, DevicenetNode};
-use crate::fsc::{self, FscNode};
-use crate::model::dual::{Both, DualNode};
-use crate::node::Node;
+use crate::fsc::Article;
+use crate::node::{Node, ProductNode};
 use alloc::boxed::Box;
 
 /// Starts a node of a product; None if the settings select an article that the product does not have.
@@ -28,7 +25,8 @@ impl Product {
     }
 }
 
-pub(super) fn fsc<P: fsc::Product>(
+/// The start of a product with articles.
+pub(super) fn fsc<N: ProductNode<Article = Article>>(
     product: &Product,
     settings: &Settings,
 ) -> Option<Box<dyn Node>> {
@@ -40,33 +38,21 @@ pub(super) fn fsc<P: fsc::Product>(
         Some(wanted) => articles.find(|article| super::fsc::article(article).is(wanted)),
         None => articles.next(),
     };
-    let node = FscNode::<P>::new(article?, settings.now, &settings.boot);
-    Some(Box::new(node))
+    Some(start::<N>(article?, settings))
 }
 
-pub(super) fn canopen<P: canopen::Product>(
+/// The start of a product with one article.
+pub(super) fn sole<N: ProductNode<Article = ()>>(
     product: &Product,
     settings: &Settings,
 ) -> Option<Box<dyn Node>> {
-    let node = || CanopenNode::<P>::new(settings.now, &settings.boot);
     product
         .has_article(settings)
-        .then(|| Box::new(node()) as Box<dyn Node>)
+        .then(|| start::<N>(&(), settings))
 }
 
-pub(super) fn with_j1939<P: Both>(product: &Product, settings: &Settings) -> Option<Box<dyn Node>> {
-    let node = || DualNode::<P>::new(settings.now, &settings.boot);
-    product
-        .has_article(settings)
-        .then(|| Box::new(node()) as Box<dyn Node>)
-}
-
-pub(super) fn devicenet<P: devicenet::Product>(
-    product: &Product,
-    settings: &Settings,
-) -> Option<Box<dyn Node>> {
-    let node = || DevicenetNode::<P>::new(settings.now, &settings.boot);
-    product
-        .has_article(settings)
-        .then(|| Box::new(node()) as Box<dyn Node>)
+fn start<N: ProductNode>(article: &N::Article, settings: &Settings) -> Box<dyn Node> {
+    let mut node = Box::new(N::INITIAL);
+    node.start(article, settings.now, &settings.boot);
+    node
 }

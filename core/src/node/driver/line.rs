@@ -84,7 +84,6 @@ impl<A: Application, P: Protocol<A>> Exchange for Communication<A, P> {
         self.sends_once()
     }
 
-    #[inline(always)]
     fn transmit(&mut self, _now: impl FnOnce() -> Instant) -> Option<Frame> {
         self.transmit()
     }
@@ -221,7 +220,7 @@ impl<'a, H: Exchange + ?Sized, C: Controller> Link<'a, H, C> {
         // A frame that the main loop has just built does not wait for this answer. But it waits if the received frame can be a claim that
         // takes the address of this node.
         if self.node.is_sending() && !(self.node.changes_filters() && frame.is_extended()) {
-            self.send();
+            self.transmit();
         }
         let now = self.now();
         self.node.receive(now, frame);
@@ -246,7 +245,7 @@ impl<'a, H: Exchange + ?Sized, C: Controller> Link<'a, H, C> {
         if H::USES_SENT && unsent && self.phase() == Phase::Normal {
             self.bus(BusEvent::Unsent);
         }
-        self.send();
+        self.transmit();
         if H::USES_SENT && self.phase() == Phase::Normal && self.is_idle() {
             let now = self.now();
             self.node.sent(now);
@@ -277,12 +276,7 @@ impl<'a, H: Exchange + ?Sized, C: Controller> Link<'a, H, C> {
             moves = true;
         }
         // Usually there is no frame. The check is shorter than the call, which saves many registers.
-        moves | (self.node.is_sending() && self.send())
-    }
-
-    /// Sends the frames of the node: [`transmit`](Self::transmit), only if there can be a frame.
-    fn send(&mut self) -> bool {
-        self.transmit()
+        moves | (self.node.is_sending() && self.transmit())
     }
 
     /// Puts the frames of the node into the free mailboxes. Returns false if there is none.

@@ -1,8 +1,7 @@
 //! The two users of the order: a driver with one thread, and one with two priorities.
 
-use super::super::{Acquisition, Action, Communication, Node, Protocol};
+use super::super::{AcquisitionOf, Action, CommunicationOf, Node, ProductNode};
 use super::{Controller, Exchange, Line, Link, Reach, Round};
-use crate::application::Application;
 use crate::measure::Reading;
 use crate::measure::self_test::Working;
 use crate::store::StoreError;
@@ -149,36 +148,36 @@ impl<B: DerefMut<Target: Node>, C: Controller> Side for OneThread<B, C> {
 
 /// The [`Link`] of a node in memory that the interrupts and the main loop share.
 pub trait Shared {
-    /// The application of the node.
-    type Application: Application;
-    /// The protocol of the node.
-    type Protocol: Protocol<Self::Application>;
+    /// The node.
+    type Node: ProductNode;
     /// The transmit mailboxes of the CAN controller.
     type Controller: Controller;
 
     /// Uses the link. Meanwhile no interrupt uses it. Calls are short and not nested.
-    fn with<R>(&self, f: impl FnOnce(&mut LinkOf<'_, Self>) -> R) -> R;
+    fn with<R>(&self, f: impl FnOnce(&mut LinkOf<'_, Self::Node, Self::Controller>) -> R) -> R;
 
-    /// The time of the call, from the clock of the driver.
-    fn now(&self) -> Instant;
+    /// The time of the call, from the clock of the driver. A driver that can read its clock without the link does so here.
+    fn now(&self) -> Instant {
+        self.with(|link| link.now())
+    }
 }
 
-/// The link of shared memory `S`.
-pub type LinkOf<'a, S> = Link<
-    'a,
-    Communication<<S as Shared>::Application, <S as Shared>::Protocol>,
-    <S as Shared>::Controller,
->;
+/// The link of node `N` with the CAN controller `C`.
+pub type LinkOf<'a, N, C> = Link<'a, CommunicationOf<N>, C>;
+
+type NodeOf<S> = <S as Shared>::Node;
+type ApplicationOf<S> = <NodeOf<S> as ProductNode>::Application;
+type ProtocolOf<S> = <NodeOf<S> as ProductNode>::Protocol;
 
 /// The measuring half of a node in a main loop. The interrupts use the communicating half.
 pub struct TwoPriorities<'a, S: Shared> {
-    acquisition: &'a mut Acquisition<S::Application>,
+    acquisition: &'a mut AcquisitionOf<S::Node>,
     shared: S,
 }
 
 impl<'a, S: Shared> TwoPriorities<'a, S> {
     /// The measuring half of a node that is started. `shared` has the communicating half.
-    pub fn new(acquisition: &'a mut Acquisition<S::Application>, shared: S) -> Self {
+    pub fn new(acquisition: &'a mut AcquisitionOf<S::Node>, shared: S) -> Self {
         Self {
             acquisition,
             shared,
@@ -189,22 +188,16 @@ impl<'a, S: Shared> TwoPriorities<'a, S> {
 /// The way to the communicating half through the link.
 struct Through<'s, S>(&'s S);
 
-impl<S: Shared> Reach<S::Application, S::Protocol> for Through<'_, S> {
+impl<S: Shared> Reach<ApplicationOf<S>, ProtocolOf<S>> for Through<'_, S> {
     fn now(&self) -> Instant {
         self.0.now()
     }
 
-    fn with<R>(
-        &mut self,
-        f: impl FnOnce(&mut Communication<S::Application, S::Protocol>) -> R,
-    ) -> R {
+    fn with<R>(&mut self, f: impl FnOnce(&mut CommunicationOf<S::Node>) -> R) -> R {
         self.0.with(|link| f(link.node))
     }
 
-    fn call<R>(
-        &mut self,
-        f: impl FnOnce(&mut Communication<S::Application, S::Protocol>, Instant) -> R,
-    ) -> R {
+    fn call<R>(&mut self, f: impl FnOnce(&mut CommunicationOf<S::Node>, Instant) -> R) -> R {
         let result = self.0.with(|link| {
             let now = link.now();
             f(link.node, now)
@@ -231,10 +224,10 @@ impl<S: Shared> Reach<S::Application, S::Protocol> for Through<'_, S> {
 }
 
 impl<S: Shared> Side for TwoPriorities<'_, S> {
-    type Exchange = Communication<S::Application, S::Protocol>;
+    type Exchange = CommunicationOf<S::Node>;
     type Controller = S::Controller;
 
-    fn link<R>(&mut self, f: impl FnOnce(&mut LinkOf<'_, S>) -> R) -> R {
+    fn link<R>(&mut self, f: impl FnOnce(&mut LinkOf<'_, S::Node, S::Controller>) -> R) -> R {
         self.shared.with(f)
     }
 

@@ -1,7 +1,7 @@
 //! The records of the device: its calibration, and the identity of the unit. They are at the beginning of the buffer of the store,
 //! and are written before the first parameters of a slot.
 
-use super::Store;
+use super::{Buffer, Store};
 use crate::measure::calibration::{self, Calibration};
 use crate::store::record::{self, CALIBRATION_AT, CALIBRATION_SIZE, HEADER};
 use crate::store::survey::{Place, Survey};
@@ -9,7 +9,7 @@ use crate::store::unit::{self, Unit};
 use core::ops::Range;
 use embedded_storage::nor_flash::NorFlash;
 
-impl<M: NorFlash, const N: usize> Store<M, N> {
+impl<M: NorFlash, B: Buffer> Store<M, B> {
     /// Begins to save a new calibration, followed by the newest parameters. Call [`step`](Self::step) until the save has ended. Only
     /// for a store without a save since [`open`](Self::open). The save fails if the stored parameters are longer than the buffer:
     /// those of a newer firmware can be.
@@ -31,9 +31,9 @@ impl<M: NorFlash, const N: usize> Store<M, N> {
 
     /// Begins to save these records of the device, followed by the newest parameters.
     fn renew(&mut self, calibration: Option<&[u8; calibration::SIZE]>, unit: &[u8]) {
-        let mut parameters = [0; N];
+        let mut parameters = B::ZERO;
         let stored = self.boot().parameters;
-        let length = stored.map(|stored| copy(stored, &mut parameters));
+        let length = stored.map(|stored| copy(stored, parameters.as_mut()));
         self.seal_device(calibration, unit);
         // The slots contain other ones.
         for slot in &mut self.slots {
@@ -41,7 +41,7 @@ impl<M: NorFlash, const N: usize> Store<M, N> {
         }
         match length {
             Some(length) => self.save_after_device(|buffer| {
-                let parameters = parameters.get(..length)?;
+                let parameters = parameters.as_ref().get(..length)?;
                 buffer.get_mut(..length)?.copy_from_slice(parameters);
                 Some(length)
             }),
@@ -70,10 +70,10 @@ impl<M: NorFlash, const N: usize> Store<M, N> {
         self.unit = unit.len();
         // Both fit into each buffer of a store.
         let size = calibration.and_then(|bytes| {
-            record::encode_calibration(&mut self.buffer, self.owner.serial, sequence, bytes)
+            record::encode_calibration(self.buffer.as_mut(), self.owner.serial, sequence, bytes)
         });
         let start = size.unwrap_or(0);
-        let rest = self.buffer.get_mut(start..).unwrap_or_default();
+        let rest = self.buffer.as_mut().get_mut(start..).unwrap_or_default();
         let size = (!unit.is_empty())
             .then(|| record::encode_unit(rest, sequence, unit))
             .flatten();
@@ -92,7 +92,7 @@ impl<M: NorFlash, const N: usize> Store<M, N> {
 
     /// Whether this part of the buffer is at an address.
     fn is_at(&mut self, address: usize, part: Range<usize>) -> bool {
-        let bytes = self.buffer.get(part).unwrap_or_default();
+        let bytes = self.buffer.as_ref().get(part).unwrap_or_default();
         bytes.is_empty()
             || (address > 0
                 && bytes.iter().zip(address..).all(|(own, at)| {
@@ -111,9 +111,8 @@ impl<M: NorFlash, const N: usize> Store<M, N> {
 
     /// The calibration in the buffer; empty if there is none.
     pub(super) fn calibration(&self) -> &[u8] {
-        self.buffer
-            .get(self.calibration_place())
-            .unwrap_or_default()
+        let buffer = self.buffer.as_ref();
+        buffer.get(self.calibration_place()).unwrap_or_default()
     }
 
     fn calibration_place(&self) -> Range<usize> {
@@ -127,7 +126,10 @@ impl<M: NorFlash, const N: usize> Store<M, N> {
 
     /// The encoded identity in the buffer; empty if there is none.
     pub(super) fn identity(&self) -> &[u8] {
-        self.buffer.get(self.identity_place()).unwrap_or_default()
+        self.buffer
+            .as_ref()
+            .get(self.identity_place())
+            .unwrap_or_default()
     }
 
     fn identity_place(&self) -> Range<usize> {

@@ -4,7 +4,7 @@ use crate::tester::canopen::{abort, write_request};
 use crate::tester::gauge::{self, Gauge, booted};
 use crate::tester::{SERIAL, Tester, leds};
 use plumbline::can::BitRate;
-use plumbline::node::{Action, BusEvent, BusMode, BusState, Node};
+use plumbline::node::{Action, BusEvent, BusMode, BusState, Node, ProductNode};
 use plumbline::store::StoreError;
 
 pub const CONFIGURATION: &str = "7E5#0401000000000000";

@@ -6,6 +6,7 @@ use crate::tester::canopen::frame;
 use plumbline::canopen::{
     Absent, CanopenNode, ErrorHistory, Object, Product, Text, TpdoArray, profile,
 };
+use plumbline::node::ProductNode;
 use plumbline::prelude::*;
 
 const SLOPE: ValueId = ValueId(0);

@@ -2,7 +2,7 @@
 
 use crate::tester::canopen::frame;
 use crate::tester::devicenet::{LevelTester, allocated};
-use plumbline::node::Divided;
+use plumbline::node::ProductNode;
 
 const NAME: &str = "41C#0A0E010107";
 const FIRST: &str = "41B#8A008E17494E434C";

@@ -11,8 +11,8 @@ use plumbline::model::gemac::is2::{self, Is2};
 use plumbline::model::gemac::is2tk::{self, Is2tk};
 use plumbline::model::jn2101::Jn2101;
 use plumbline::model::tiltix::tiltix360::Tiltix360;
-use plumbline::node::{BitTime, Boot, BusEvent, Node};
-use plumbline::store::{Owner, Store, StoreError};
+use plumbline::node::{BitTime, BusEvent, ProductNode, StoreOf};
+use plumbline::store::StoreError;
 use plumbline::time::Instant;
 
 // Only for the transport of defmt and the vector table.
@@ -30,22 +30,11 @@ static __INTERRUPTS: [usize; 1] = [0];
 
 #[cortex_m_rt::entry]
 fn main() -> ! {
-    let is1 = black_box(&is1::BP_CL);
-    exercise::<_, { Is1::STORE_BUFFER }>(Is1::owner(is1.image, 1), |now, boot| {
-        Is1::new(is1, now, boot)
-    });
-    let is2 = black_box(&is2::BP_CL);
-    exercise::<_, { Is2::STORE_BUFFER }>(Is2::owner(is2.image, 1), |now, boot| {
-        Is2::new(is2, now, boot)
-    });
-    let is2tk = black_box(&is2tk::METAL);
-    exercise::<_, { Is2tk::STORE_BUFFER }>(Is2tk::owner(is2tk.image, 1), |now, boot| {
-        Is2tk::new(is2tk, now, boot)
-    });
-    let jn2101 = Jn2101::owner(Jn2101::IMAGE, 1);
-    exercise::<_, { Jn2101::STORE_BUFFER }>(jn2101, Jn2101::new);
-    let tiltix360 = Tiltix360::owner(Tiltix360::IMAGE, 1);
-    exercise::<_, { Tiltix360::STORE_BUFFER }>(tiltix360, Tiltix360::new);
+    exercise::<Is1>(black_box(&is1::BP_CL));
+    exercise::<Is2>(black_box(&is2::BP_CL));
+    exercise::<Is2tk>(black_box(&is2tk::METAL));
+    exercise::<Jn2101>(&());
+    exercise::<Tiltix360>(&());
     exercise_fusion();
     loop {
         cortex_m::asm::wfi();
@@ -53,9 +42,10 @@ fn main() -> ! {
 }
 
 /// Runs a store and a node with opaque inputs, with the calls in any order.
-fn exercise<N: Node, const BUFFER: usize>(owner: Owner, node: impl FnOnce(Instant, &Boot) -> N) {
-    let mut store = Store::<Memory, BUFFER>::open(Memory, black_box(owner));
-    let mut node = node(now(), &store.boot());
+fn exercise<N: ProductNode>(article: &N::Article) {
+    let mut store = StoreOf::<N, _>::open(Memory, black_box(N::owner(article, 1)));
+    let mut node = N::INITIAL;
+    node.start(article, now(), &store.boot());
     while black_box(true) {
         match black_box(0) {
             0 => {

@@ -33,7 +33,7 @@ fn code(ended: &Ended) -> (u8, &'static str) {
 fn assert_corrects(path: &Path, serial: u32, corrects: bool) {
     let flash = Flash::in_file(Geometry::STM32F103, path).expect("a store file");
     let owner = find("is2").expect("a product").owner(serial);
-    let mut store = Store::<_, STORE_BUFFER>::open(flash, owner);
+    let mut store = Store::<_, [u8; STORE_BUFFER]>::open(flash, owner);
     let calibration = store.boot().calibration;
     for (axis, side) in ["+x", "+y", "+z"].iter().enumerate() {
         let g = |value: i32| (f64::from(value) * 1e-6 * f64::from(ONE_G)).round() as i32;

@@ -25,7 +25,7 @@ fn successor(product: &str, store: &Path) -> Rig {
 fn unit_in(product: &str, store: &Path) -> Unit {
     let flash = Flash::in_file(Geometry::STM32F103, store).unwrap();
     let owner = find(product).unwrap().owner(1);
-    let mut store = Store::<_, STORE_BUFFER>::open(flash, owner);
+    let mut store = Store::<_, [u8; STORE_BUFFER]>::open(flash, owner);
     store.boot().unit
 }
 

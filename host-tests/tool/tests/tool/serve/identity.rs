@@ -30,7 +30,9 @@ fn page_writes_identity_into_store_file_of_the_command_line() {
     assert_eq!(server.post("/api/identity/store", &body).status, 200);
     let flash = Flash::in_file(Geometry::STM32F103, &store).expect("a store");
     let owner = find("tiltix080").expect("a product").owner(1);
-    let unit = Store::<_, STORE_BUFFER>::open(flash, owner).boot().unit;
+    let unit = Store::<_, [u8; STORE_BUFFER]>::open(flash, owner)
+        .boot()
+        .unit;
     assert_eq!((unit.serial, unit.product_code), (Some(77), Some(80)));
     let line = format!(
         "plumbline identity --from=old.toml --store={}",
