@@ -1,7 +1,7 @@
-//! A product with CANopen whose TPDOs have a free COB-ID and a dynamic mapping, with LSS and own objects, without mistakes. The tests
-//! replace one text of this file and compile it.
+//! A product with CANopen whose TPDOs have a free COB-ID and a dynamic mapping, with LSS, own objects and numbers of 64 bits, without
+//! mistakes. The tests replace one text of this file and compile it. The wire tests run it.
 
-use plumbline::canopen::dictionary::{Access, Service};
+use plumbline::canopen::dictionary::Access;
 use plumbline::canopen::profile::{self, Standard, entry};
 use plumbline::canopen::{
     Absent, DynamicTpdos, ErrorHistory, Lss, Object, Own, Present, Product, Text,
@@ -10,9 +10,9 @@ use plumbline::prelude::*;
 use plumbline::store::unit::NAME;
 
 plumbline::ids! { pub ParameterId:
-    STANDARD(6), NODE_ID, BIT_RATE, TPDO[2](4), MAPPING[2](9), TOTAL(2), COMMAND,
+    STANDARD(6), NODE_ID, BIT_RATE, TPDO[2](4), MAPPING[2](9), TOTAL(2), SCALE(2),
 }
-plumbline::ids! { pub ValueId: SLOPE, FINE, STATE }
+plumbline::ids! { pub ValueId: SLOPE, FINE, SAMPLES }
 
 pub struct Mast;
 
@@ -20,7 +20,7 @@ impl Table for Mast {
     const PARAMETERS: &'static [Parameter] = plumbline::parameters![
         profile::standard_parameters(STANDARD),
         [
-            profile::lss_node_id(NODE_ID, 20),
+            profile::lss_node_id(NODE_ID, 50),
             profile::bit_rate(BIT_RATE, 250),
         ],
         profile::stored_tpdo_communication(TPDO[0], 0x180),
@@ -28,12 +28,13 @@ impl Table for Mast {
         profile::mapping_parameters(MAPPING[0], &[entry(0x6010, 0, 16), entry(0x6110, 0, 32)]),
         profile::mapping_parameters(MAPPING[1], &[entry(0x2200, 0, 64)]),
         Parameter::new(TOTAL, "Total", DataType::I64).wide_within(-5, 1 << 40, -5),
-        [Parameter::new(COMMAND, "Command", DataType::U8)],
+        Parameter::new(SCALE, "Scale", DataType::Real64).wide_within(-90, 90, 2),
     ];
     plumbline::project!(parameters);
 }
 
-pub struct Slope;
+/// The number of samples, negative.
+pub struct Slope(i32);
 
 impl Application for Slope {
     type Table = Mast;
@@ -41,9 +42,9 @@ impl Application for Slope {
     const QUANTITIES: &'static [Quantity] = &[
         Quantity::new(SLOPE, "Slope", DataType::I16),
         Quantity::new(FINE, "Fine", DataType::I32),
-        Quantity::new(STATE, "State", DataType::U8),
+        Quantity::new(SAMPLES, "Samples", DataType::I64),
     ];
-    const INITIAL: Self = Self;
+    const INITIAL: Self = Self(0);
 
     fn start(&mut self, _: Calibration) {}
 
@@ -52,7 +53,8 @@ impl Application for Slope {
     }
 
     fn sample(&mut self, _: Instant, _: &Reading) -> Self::Values {
-        Self::Values::INITIAL
+        self.0 = self.0.wrapping_sub(1);
+        Self::Values::new([0, 0, self.0], Faults::NONE)
     }
 
     fn stale(&mut self) -> Self::Values {
@@ -91,10 +93,15 @@ impl Product for Mast {
                 mappable: true,
                 ..Object::parameter(0x2200, 0, TOTAL)
             },
+            Object {
+                mappable: true,
+                ..Object::parameter(0x2201, 0, SCALE)
+            },
             Object::own(0x2300, 0, "Hours", DataType::U16, Access::Ro),
             Object::own(0x2301, 0, "Reset", DataType::U8, Access::Wo),
             Object::value(0x6010, 0, SLOPE),
             Object::value(0x6110, 0, FINE),
+            Object::value(0x6210, 0, SAMPLES),
         ],
     ];
     const OWN: &'static [Own<Slope, (), Text<NAME>>] = &[
@@ -106,6 +113,3 @@ impl Product for Mast {
     const IMAGE: ImageId = ImageId::new(0x7002);
     plumbline::project!(objects);
 }
-
-/// For the changes of the tests.
-pub const SERVICE: Service = Service::Store;

@@ -1,11 +1,11 @@
 //! Numbers of 64 bits and real numbers: SDO, process data, range checks and the memory.
 
-use super::Stranger;
 use super::booted;
 use crate::tester::Tester;
+use plumbline::node::Node;
 
 /// Reads eight bytes with a segmented transfer.
-fn read(t: &mut Tester<Stranger>, index: u16) -> u64 {
+pub fn read<N: Node>(t: &mut Tester<N>, index: u16) -> u64 {
     let [low, high] = index.to_le_bytes();
     let object = format!("{low:02X}{high:02X}00");
     let reply = t.sdo(&format!("40{object}00000000"));
@@ -17,7 +17,7 @@ fn read(t: &mut Tester<Stranger>, index: u16) -> u64 {
 }
 
 /// Writes eight bytes with a segmented transfer. Returns the last reply.
-fn write(t: &mut Tester<Stranger>, index: u16, value: u64) -> String {
+pub fn write<N: Node>(t: &mut Tester<N>, index: u16, value: u64) -> String {
     let [low, high] = index.to_le_bytes();
     let reply = t.sdo(&format!("21{low:02X}{high:02X}0008000000"));
     assert_eq!(reply, format!("60{low:02X}{high:02X}0000000000"));
@@ -26,7 +26,7 @@ fn write(t: &mut Tester<Stranger>, index: u16, value: u64) -> String {
     t.sdo(&format!("1D{}000000000000", &bytes[14..]))
 }
 
-const WRITTEN: &str = "3000000000000000";
+pub const WRITTEN: &str = "3000000000000000";
 
 #[test]
 fn number_of_64_bits_has_its_factory_value() {
@@ -144,6 +144,6 @@ fn process_data_have_real_numbers_and_64_bits() {
     );
 }
 
-fn hex(bytes: &[u8]) -> String {
+pub fn hex(bytes: &[u8]) -> String {
     bytes.iter().map(|byte| format!("{byte:02X}")).collect()
 }
