@@ -21,7 +21,7 @@ use core::ops::{Add, AddAssign, Neg, Sub, SubAssign};
 pub struct Angle(pub u32);
 
 impl Angle {
-    /// 0 deg, the direction of the axis.
+    /// 0 deg, which is also 360 deg.
     pub const ZERO: Self = Self(0);
     /// 90 deg, a quarter of a turn.
     pub const QUARTER: Self = Self(1 << 30);
@@ -147,7 +147,7 @@ const fn arc_tangents() -> [u32; 65] {
     table
 }
 
-/// The nearest of -TURN/2..TURN/2.
+/// The angle in units of 1 / `TURN` of a circle, rounded to nearest, from -`TURN` / 2 to `TURN` / 2 - 1.
 const fn to_signed<const TURN: i32>(angle: u32) -> i32 {
     let rounded = ((angle as i32 as i64 * TURN as i64 + (1 << 31)) >> 32) as i32;
     if rounded == TURN / 2 {

@@ -1,7 +1,7 @@
 //! The measuring element: the accelerometer, and for products with a gyroscope the gyroscope in the same part.
 //!
-//! An [`Element`] is the driver of a part. It has a folder with everything that only this part has. The rest of the firmware uses only
-//! the trait, [`Wires`] and [`Fitted`].
+//! An `Element` is the driver of a part. It has a folder with everything that only this part has. The rest of the firmware uses only
+//! the trait, `Wires` and `Fitted`.
 //!
 //! | part | feature | folder |
 //! |---|---|---|

@@ -83,7 +83,7 @@ impl Service {
 /// The contents of an object.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Target {
-    /// This number.
+    /// This number, which never changes.
     Constant(u32),
     /// This number plus the node-ID (`$NODEID+...`).
     NodeRelative(u32),

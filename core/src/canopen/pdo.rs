@@ -88,7 +88,7 @@ pub struct Entry {
     pub(super) source: Source,
     /// The id of the value or of the parameter, or the place of the own object.
     pub(super) id: u8,
-    /// The size in bytes.
+    /// The size of the object in bytes.
     pub(super) size: u8,
 }
 

@@ -8,7 +8,7 @@ use super::{Owner, unit};
 use crate::measure::calibration;
 use embedded_storage::nor_flash::ReadNorFlash;
 
-/// The alignment of records.
+/// The alignment of records in bytes.
 pub(super) const WORD: usize = 4;
 
 /// A valid record with parameters of the product. Address 0 means that there is none: a payload is never at address 0.

@@ -106,7 +106,6 @@ const fn bits(word: u32, low: u32, count: u32) -> u32 {
     word >> low & ((1 << count) - 1)
 }
 
-/// One bit.
 const fn bit(word: u32, index: u32) -> bool {
     word >> index & 1 != 0
 }

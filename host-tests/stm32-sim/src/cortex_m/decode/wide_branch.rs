@@ -82,7 +82,6 @@ fn special(word: u32) -> Result<u8, Instruction> {
     Ok(special)
 }
 
-/// MRS.
 fn move_from_special(word: u32) -> Table {
     should_be(word, 0x001F_2000, 0x000F_0000)?;
     let d = register(word, 8);

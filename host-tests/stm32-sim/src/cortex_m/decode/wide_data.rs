@@ -242,7 +242,6 @@ fn add_plain(op: DataOp, d: Register, n: Register, value: u32) -> Table {
     })
 }
 
-/// SSAT and USAT.
 fn saturate(word: u32, d: Register, n: Register) -> Table {
     let amount = low_bit(word);
     let right = bit(word, 21);
@@ -262,7 +261,6 @@ fn saturate(word: u32, d: Register, n: Register) -> Table {
     })
 }
 
-/// BFI and BFC.
 fn insert(word: u32, d: Register, n: Register) -> Table {
     should_be(word, 1 << 26 | 1 << 5, 0)?;
     refuse_sp_and_pc(&[d])?;

@@ -86,7 +86,6 @@ fn exclusive(word: u32, load: bool, size: Size, d: Register, offset: u16) -> Tab
     })
 }
 
-/// TBB and TBH.
 fn table_branch(word: u32) -> Table {
     should_be(word, 0xFF00, 0xF000)?;
     let (n, m) = (register(word, 16), register(word, 0));
@@ -99,7 +98,6 @@ fn table_branch(word: u32) -> Table {
     })
 }
 
-/// LDRD and STRD.
 fn dual(word: u32, load: bool) -> Table {
     let (t, t2, n) = (register(word, 12), register(word, 8), register(word, 16));
     let index = index(bit(word, 24), bit(word, 21));

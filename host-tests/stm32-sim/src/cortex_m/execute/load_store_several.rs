@@ -63,7 +63,6 @@ impl CortexM3 {
         }
     }
 
-    /// STM.
     pub(super) fn store_multiple(
         &mut self,
         io: &mut impl Io,
@@ -129,7 +128,6 @@ impl CortexM3 {
         }
     }
 
-    /// STRD.
     pub(super) fn store_dual(
         &mut self,
         io: &mut impl Io,
