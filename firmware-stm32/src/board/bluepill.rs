@@ -22,6 +22,7 @@
 //! CAN is remapped to PB8 and PB9, because PA12 has the pull-up of the USB socket. The transceiver runs at 3.3 V and must not
 //! have a dominant time-out that is too short for 10 kbit/s; for example SN65HVD230.
 
+use super::registers::Register;
 use super::stm32f103::{CORE_CLOCK, Port, pac, set_outputs};
 use crate::imu::mounting::Mounting;
 use plumbline::node::Leds;
@@ -30,6 +31,9 @@ use plumbline::node::Leds;
 pub(super) type Spi = pac::SPI1;
 pub(super) const SPI_ADDRESS: usize = 0x4001_3000;
 pub(super) const SPI_BUS_CLOCK: u32 = CORE_CLOCK;
+
+/// The direction of the resistor at the output of the accelerometer.
+pub(super) const SPI_PULL: Register = Register::new(0x4001_080C, 1 << 6);
 
 /// The parameter memory: the last two pages of the flash.
 pub(super) const PARAMETERS: usize = 0x0800_F800;
@@ -50,11 +54,14 @@ pub(super) fn change_oscillator(_: &pac::RCC) {}
 
 /// Configures the pins that are not the same on all boards. The level of an output is set first.
 pub(super) fn set_own_pins(a: &Port, b: &Port, c: &Port) {
-    a.bsrr().write(|w| w.bs4().set_bit());
+    a.bsrr().write(|w| w.bs4().set_bit().bs6().set_bit());
+    // The accelerometer can be at the end of loose wires. Edges of pins of 50 MHz would ring there. A missing accelerometer reads as FFh,
+    // because its line has a pull-up.
     a.crl().write(|w| {
-        w.mode4().output50().cnf4().push_pull();
-        w.mode5().output50().cnf5().alt_push_pull();
-        w.mode7().output50().cnf7().alt_push_pull()
+        w.mode4().output().cnf4().push_pull();
+        w.mode5().output().cnf5().alt_push_pull();
+        w.mode6().input().cnf6().alt_push_pull();
+        w.mode7().output().cnf7().alt_push_pull()
     });
     b.crh().modify(|_, w| {
         w.mode12().output50().cnf12().push_pull();

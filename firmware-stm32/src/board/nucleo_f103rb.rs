@@ -22,6 +22,7 @@
 //! SPI2 is used because the clock of SPI1 is on PA5, the LED. The transceiver runs at 3.3 V and must not have a dominant time-out
 //! that is too short for 10 kbit/s; for example SN65HVD230.
 
+use super::registers::Register;
 use super::stm32f103::{APB1_CLOCK, Port, pac, set_outputs};
 use crate::imu::mounting::Mounting;
 use plumbline::node::Leds;
@@ -30,6 +31,9 @@ use plumbline::node::Leds;
 pub(super) type Spi = pac::SPI2;
 pub(super) const SPI_ADDRESS: usize = 0x4000_3800;
 pub(super) const SPI_BUS_CLOCK: u32 = APB1_CLOCK;
+
+/// The direction of the resistor at the output of the accelerometer.
+pub(super) const SPI_PULL: Register = Register::new(0x4001_0C0C, 1 << 14);
 
 /// The parameter memory: the last two pages of the flash.
 pub(super) const PARAMETERS: usize = 0x0801_F800;
@@ -54,12 +58,14 @@ pub(super) fn change_oscillator(rcc: &pac::RCC) {
 /// Configures the pins that are not the same on all boards. The level of an output is set first.
 pub(super) fn set_own_pins(a: &Port, b: &Port, c: &Port) {
     a.crl().write(|w| w.mode5().output2().cnf5().push_pull());
-    b.bsrr().write(|w| w.bs12().set_bit());
+    b.bsrr().write(|w| w.bs12().set_bit().bs14().set_bit());
+    // The pins of the accelerometer as on the Blue Pill: slow edges, and a pull-up at its output.
     b.crh().modify(|_, w| {
         w.mode10().output2().cnf10().push_pull();
-        w.mode12().output50().cnf12().push_pull();
-        w.mode13().output50().cnf13().alt_push_pull();
-        w.mode15().output50().cnf15().alt_push_pull()
+        w.mode12().output().cnf12().push_pull();
+        w.mode13().output().cnf13().alt_push_pull();
+        w.mode14().input().cnf14().alt_push_pull();
+        w.mode15().output().cnf15().alt_push_pull()
     });
     c.crl().write(|w| {
         w.mode6().output2().cnf6().push_pull();

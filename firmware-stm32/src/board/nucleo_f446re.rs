@@ -205,7 +205,8 @@ impl Board {
         let select = gpiob.pb12.into_push_pull_output_in_state(PinState::High);
         // At low speed the last bit of a transfer can be wrong. The pins get their speed before the bus starts.
         let sck = gpiob.pb13.into_alternate().speed(Speed::VeryHigh);
-        let miso = gpiob.pb14.into_alternate().speed(Speed::VeryHigh);
+        // A missing accelerometer reads as FFh.
+        let miso = gpiob.pb14.into_alternate().internal_pull_up(true);
         let mosi = gpiob.pb15.into_alternate().speed(Speed::VeryHigh);
         let pins = (Some(sck), Some(miso), Some(mosi));
         let spi = device.SPI2.spi(pins, MODE_0, SPI_CLOCK_HZ.Hz(), &mut rcc);

@@ -1,10 +1,10 @@
 //! The registers that only the boot changes.
 
-use crate::board::SPI_ADDRESS;
 use crate::board::registers::Register;
+use crate::board::{SPI_ADDRESS, SPI_PULL};
 
 /// The registers of the [`Configuration`](crate::board::Configuration).
-pub(in crate::board) const REGISTERS: [Register; 24] = [
+pub(in crate::board) const REGISTERS: [Register; 25] = [
     // RCC: the resets of APB2 and APB1, the enables, the oscillators without their ready flags, the clock tree without SWS. The main loop
     // switches TIM4 on.
     Register::new(0x4002_100C, !0),
@@ -20,9 +20,10 @@ pub(in crate::board) const REGISTERS: [Register; 24] = [
     Register::new(0x4000_7000, 0xF0),
     // AFIO_MAPR without SWJ_CFG, which cannot be read.
     Register::new(0x4001_0004, 0x00FF_FFFF),
-    // GPIO A, B, C: modes without that of TXD; chip select, pull-up of RXD, level of TXD.
+    // GPIO A, B, C: modes without that of TXD; pull-ups of the accelerometer's output and of RXD, level of TXD.
     Register::new(0x4001_0800, !0),
     Register::new(0x4001_0804, !0),
+    SPI_PULL,
     Register::new(0x4001_0C00, !0),
     Register::new(0x4001_0C04, !0xF0),
     Register::new(0x4001_0C0C, 0b11 << 8),
