@@ -6,7 +6,7 @@
 //! the driver reads the FIFO, and a [`Resampler`] converts the values to readings at 200 Hz. It takes the data rate from
 //! INTERNAL_FREQ_FINE, in which the accelerometer states the error of its oscillator.
 //!
-//! The number of words in the FIFO and each word are transfers of their own, a word in two halves (`Element::step`). Between two
+//! The registers, the number of words in the FIFO and each word are steps of their own, a word in two halves (`Element::step`). Between two
 //! halves the main loop handles frames.
 //!
 //! The gyroscope has the same data rate, and its values are in the same FIFO. A reading has their mean since the last reading
@@ -17,12 +17,24 @@
 //! During the self-test ([`self_test`](super::self_test)) the last acceleration before it is used. Its range is then +-4 g, for which the
 //! datasheet specifies the change.
 //!
-//! If the accelerometer is missing or fails, there are no samples, and the driver tries to find it every second.
+//! Checks, so that no angle is wrong in silence:
+//!
+//! - The control registers are compared before each reading of the FIFO, so no value is used that was measured with another
+//!   configuration. One of the others is compared too, all within 35 ms. If one is different, or the FIFO is empty for 50 ms, the part is
+//!   reset and configured again. That takes 45 ms, less than the 100 ms after which the sensor reports the fault.
+//! - The range of the gyroscope is one of them, also if the product does not use it: the IIS2ICLX has the same identifier, but no
+//!   gyroscope, two axes and other ranges. The ASM330LHH has the same registers and values, and is accepted.
+//! - A word of the FIFO with a wrong tag is not a value ([`tags`]). If errors repeat within a second, there are no readings until the line
+//!   was good for 0.5 s.
+//!
+//! If the accelerometer is missing or fails, there are no readings. The driver looks for it every 5 ms. If a part answers that is not the right
+//! one, it is configured again every 100 ms. Nothing is written while the line reads FFh: the part is missing, or in its boot of 10 ms.
 //!
 //! [`MeanRate`]: plumbline::measure::mean_rate::MeanRate
 //! [`Resampler`]: plumbline::measure::resampler::Resampler
 
 pub mod counts;
+pub mod tags;
 
 #[cfg(board)]
 mod driver;

@@ -1,4 +1,5 @@
-//! The accelerometer fails, recovers, clips, starts late, or has a clock error. `invalid.rs` has the answers of all protocols.
+//! The accelerometer fails, recovers, clips, starts late, or has a clock error. `accelerometer_faults.rs` has its other faults,
+//! `invalid.rs` the answers of all protocols.
 
 use crate::rig::*;
 use bench::motion::Motion;
@@ -8,32 +9,30 @@ use plumbline::measure::{I32x3, ONE_G, Reading};
 use plumbline::time::Instant;
 use stm32_sim::ism330dhcx::Fault;
 
-const RATE: BitRate = BitRate::K500;
+pub const RATE: BitRate = BitRate::K500;
 
 /// The sensor error bits of both axes.
-const ERRORS: u8 = status::SENSOR_ERROR_X | status::SENSOR_ERROR_Y;
+pub const ERRORS: u8 = status::SENSOR_ERROR_X | status::SENSOR_ERROR_Y;
 
 /// The time in ms after which the angles of [`quick`] are right.
 const SETTLING: u64 = 300;
 
-/// The driver looks for a missing accelerometer with this period in ms.
-const SEARCH: u64 = 1000;
-
 /// The memory of an is2 with the fastest filter: Butterworth, 25 Hz.
-fn memory() -> Flash {
+pub fn memory() -> Flash {
     let rate = [fsc::WRITE_BAUD_RATE, baud_rate_code(RATE)];
     saved("is2", &[&rate, &[fsc::WRITE_FILTER, 0xA8, 0x61, 1]])
 }
 
 /// An is2 with the fastest filter, settled.
-fn quick() -> Rig {
+pub fn quick() -> Rig {
     let mut rig = Rig::with("is2", BusRate::Fixed(RATE), memory());
     rig.boot_up();
     rig.run(SETTLING);
     rig
 }
 
-fn angle(reply: &[u8], at: usize) -> i16 {
+/// An angle of a reply in 0.01 degrees.
+pub fn angle(reply: &[u8], at: usize) -> i16 {
     i16::from_le_bytes([reply[at], reply[at + 1]])
 }
 
@@ -59,7 +58,7 @@ pub fn accelerometer_failure_is_reported_within_200_ms_and_cleared_after_recover
         assert_eq!(rig.poll()[1], ERRORS, "{fault:?}");
         let (io, now) = rig.io();
         io.imu.set_fault(now, Fault::None);
-        rig.run(SEARCH + SETTLING);
+        rig.run(SETTLING);
         assert_right(&rig.poll());
     }
 }
@@ -73,7 +72,7 @@ fn accelerometer_that_starts_late_is_used() {
     rig.run(300);
     let (io, now) = rig.io();
     io.imu.power_on(now);
-    rig.run(SEARCH + SETTLING);
+    rig.run(SETTLING);
     assert_right(&rig.poll());
 }
 

@@ -8,7 +8,7 @@ use plumbline::can::BitRate;
 use plumbline::measure::{I32x3, ONE_G, Reading};
 use plumbline::time::{after, millis};
 use stm32_sim::Microcontroller;
-use stm32_sim::ism330dhcx::Fault;
+use stm32_sim::ism330dhcx::{Fault, Sibling};
 
 /// A frame of the tester and the frame that answers it. A dot is any digit.
 type Exchange = (&'static str, &'static str);
@@ -229,6 +229,12 @@ impl Bench {
         self.chip().io_mut().imu.set_fault(now, fault);
     }
 
+    /// Wrong parity of each tag of the accelerometer's FIFO, or no more.
+    fn set_line_errors(&mut self, on: bool) {
+        let imu = &mut self.chip().io_mut().imu;
+        imu.spoil(0x78, 1, if on { u32::MAX } else { 0 });
+    }
+
     fn measure(&mut self, reading: Reading) {
         self.chip().set_motion(Box::new(reading));
     }
@@ -247,8 +253,9 @@ type Failure = (&'static str, u32, fn(&mut Bench));
 
 #[test]
 fn nothing_valid_is_told_and_is_no_zero_point() {
-    let failures: [Failure; 3] = [
+    let failures: [Failure; 4] = [
         ("silent", 200, |bench| bench.set_fault(Fault::Silent(0xFF))),
+        ("bit errors", 200, |bench| bench.set_line_errors(true)),
         // For less than 0.5 s: then it is a wrong accelerometer.
         ("clips", 150, |bench| bench.measure(CLIPPED)),
         ("dead", 800, |bench| bench.measure(DEAD)),
@@ -271,6 +278,7 @@ fn nothing_valid_is_told_and_is_no_zero_point() {
             bench.exchange(&[(product.read, answer)], when);
             bench.exchange(product.refused, when);
             bench.set_fault(Fault::None);
+            bench.set_line_errors(false);
             bench.chip().set_motion(tilt(product.name, 10.0, 5.0));
             assert_frames(&bench.wait(3000), product.ended, when);
             bench.exchange(&[(product.read, good), product.served], when);
@@ -280,14 +288,24 @@ fn nothing_valid_is_told_and_is_no_zero_point() {
 
 /// It never looks level.
 #[test]
-fn dead_accelerometer_is_told_at_power_up() {
+fn dead_or_wrong_accelerometer_is_told_at_power_up() {
+    let failures: [(&str, fn(&mut Bench)); 2] = [
+        ("dead", |bench| bench.measure(DEAD)),
+        ("IIS2ICLX", |bench| {
+            let imu = &mut bench.chip().io_mut().imu;
+            imu.set_sibling(Sibling::Iis2iclx);
+        }),
+    ];
     for product in &PRODUCTS {
-        let mut bench = Bench::new(product);
-        bench.measure(DEAD);
-        let frames = bench.wait(product.start);
-        assert_frames(&frames, product.dead_at_start, product.name);
-        bench.exchange(product.prepare, "at power-up");
-        let [_, defect, _] = product.answers;
-        bench.exchange(&[(product.read, defect)], "at power-up");
+        for (failure, fail) in failures {
+            let when = &format!("{}, {failure} at power-up", product.name);
+            let mut bench = Bench::new(product);
+            fail(&mut bench);
+            let frames = bench.wait(product.start);
+            assert_frames(&frames, product.dead_at_start, when);
+            bench.exchange(product.prepare, when);
+            let [_, defect, _] = product.answers;
+            bench.exchange(&[(product.read, defect)], when);
+        }
     }
 }

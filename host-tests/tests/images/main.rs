@@ -22,6 +22,7 @@ mod nucleo;
 mod nucleo_f103;
 
 mod accelerometer;
+mod accelerometer_faults;
 mod boot;
 mod can_faults;
 mod clock;

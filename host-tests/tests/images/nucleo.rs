@@ -7,6 +7,9 @@ also! {
     accelerometer:
         accelerometer_failure_is_reported_within_200_ms_and_cleared_after_recovery,
         i2c_of_the_accelerometer_is_disabled;
+    accelerometer_faults:
+        fault_is_reported_and_ends_within_its_times,
+        spi_runs_at_2_mhz_with_slow_edges;
     boot:
         first_frame_is_sent_with_first_reading,
         reset_command_switches_the_heater_off,

@@ -43,19 +43,23 @@ pub enum Word {
     Other,
 }
 
-/// The number of words in the FIFO, from the two bytes of FIFO_STATUS. 0 if they are not those of a working accelerometer: a stuck
-/// bus reads as 00h or FFh.
-pub const fn level(status: [u8; 2]) -> u16 {
+/// The number of words in the FIFO, from the two bytes of FIFO_STATUS. None if they are not those of a working accelerometer: a line that is
+/// stuck at 1 reads as FFh.
+pub const fn level(status: [u8; 2]) -> Option<u16> {
     // Bit 10 is always 0.
     let [low, high] = status;
     let words = u16::from_le_bytes([low, high & 0b111]);
-    if words <= FIFO_WORDS { words } else { 0 }
+    if words <= FIFO_WORDS {
+        Some(words)
+    } else {
+        None
+    }
 }
 
 /// Whether the FIFO has lost values since its last word was read, from the two bytes of FIFO_STATUS (FIFO_OVR_IA).
 pub const fn has_lost(status: [u8; 2]) -> bool {
     let [_, high] = status;
-    level(status) > 0 && high & 1 << 6 != 0
+    matches!(level(status), Some(1..)) && high & 1 << 6 != 0
 }
 
 /// The data rate in mHz for the value of INTERNAL_FREQ_FINE.
@@ -170,13 +174,13 @@ mod tests {
     }
 
     #[test]
-    fn level_is_number_of_words_and_0_on_a_stuck_bus() {
-        assert_eq!(level([0x00, 0x00]), 0);
-        assert_eq!(level([0x05, 0x00]), 5);
-        assert_eq!(level([0xFF, 0x01]), 511);
+    fn level_is_number_of_words_and_none_on_a_line_stuck_at_1() {
+        assert_eq!(level([0x00, 0x00]), Some(0));
+        assert_eq!(level([0x05, 0x00]), Some(5));
+        assert_eq!(level([0xFF, 0x01]), Some(511));
         // Full, with the flags FIFO_OVR_IA and FIFO_FULL_IA.
-        assert_eq!(level([0x00, 0x62]), 512);
-        assert_eq!(level([0xFF, 0xFF]), 0);
+        assert_eq!(level([0x00, 0x62]), Some(512));
+        assert_eq!(level([0xFF, 0xFF]), None);
     }
 
     #[test]

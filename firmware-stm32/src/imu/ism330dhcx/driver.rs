@@ -2,26 +2,27 @@
 
 use super::counts::{FRACTION, WORD};
 use super::fifo::Step;
+use super::tags::Tags;
 use crate::board::ImuWires;
-use crate::imu::Element;
-use crate::imu::self_test::{self, SelfTest};
+use crate::imu::self_test::{self, SelfTest, SetUp};
+use crate::imu::{Element, SpiError};
 use plumbline::measure::mean_rate::MeanRate;
 use plumbline::measure::resampler::Resampler;
 use plumbline::measure::self_test::{Limits, Working};
 use plumbline::measure::{ONE_G, Reading};
 use plumbline::time::{Instant, after, millis, reached};
 
-/// The time between attempts to find the accelerometer, in ms.
-const RETRY_MS: u32 = 1000;
+/// The time after which the accelerometer is configured again that answers, but not as expected, in ms.
+const RETRY_MS: u32 = 100;
 
-/// The time between attempts after power-up, in ms: the accelerometer does not answer during its boot of 10 ms.
-const BOOT_RETRY_MS: u32 = 2;
-
-/// The end of the shorter interval: 100 ms after power-up.
+/// A failure before this time, 100 ms after power-up, is not logged: the accelerometer does not answer during its boot of 10 ms.
 const BOOT_END: Instant = Instant::from_ticks(100_000);
 
 /// The number of values to skip after configuration: 19 ms, in which the accelerometer turns on.
-const SETTLING_VALUES: u8 = 16;
+const SETTLING_VALUES: u16 = 16;
+
+/// The number of values to skip after errors on the line, without another error in between: 0.5 s.
+const CLEAN_VALUES: u16 = 416;
 
 /// The number of consecutive readings of the FIFO without a value after which the accelerometer has failed: 50 ms.
 const MISSES: u8 = 10;
@@ -29,18 +30,48 @@ const MISSES: u8 = 10;
 /// At +-4 g, the range of the self-test, a count is half the acceleration.
 const HALVED: u32 = 1;
 
-/// The time after a failed attempt until which the accelerometer can be in its boot of 10 ms, in ms. Then nothing is written to it.
-const BOOT_MS: u32 = 15;
-
 pub(super) enum State {
-    /// The accelerometer was not found, or does not answer any more. The next attempt is at `retry`. `failed` is the time of the first
-    /// attempt that has failed.
-    Absent {
-        retry: Instant,
-        failed: Option<Instant>,
-    },
+    /// There is no accelerometer, or it does not work. The next attempt to configure it is at `retry`.
+    Absent { retry: Instant },
     /// Configured. `settling`: values still to skip; `misses`: consecutive readings of the FIFO without a value.
-    Running { settling: u8, misses: u8 },
+    Running { settling: u16, misses: u8 },
+}
+
+/// Why there are no readings.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Trouble {
+    /// Nothing answers, or the SPI has failed.
+    Silent,
+    /// Another part: its identifier is wrong, or it has no gyroscope, as the IIS2ICLX.
+    Identity,
+    /// A register does not have the value that was written: the part was reset, or a disturbance has changed it.
+    Settings,
+    /// The FIFO stays empty.
+    NoValues,
+    /// The gyroscope has no values.
+    NoRate,
+    /// Repeated bit errors between accelerometer and microcontroller.
+    Line,
+}
+
+impl Trouble {
+    /// For the log.
+    fn text(self) -> &'static str {
+        match self {
+            Self::Silent => "does not answer",
+            Self::Identity => "is another part",
+            Self::Settings => "has lost its configuration",
+            Self::NoValues => "has no values",
+            Self::NoRate => "has no angular rate",
+            Self::Line => "has bit errors on its line",
+        }
+    }
+}
+
+impl From<SpiError> for Trouble {
+    fn from(_: SpiError) -> Self {
+        Self::Silent
+    }
 }
 
 /// The gyroscope.
@@ -68,6 +99,12 @@ pub struct Ism330dhcx<const TESTS: usize, const GYROSCOPES: usize> {
     pub(super) step: Step,
     /// The number of words to read, with the present one.
     pub(super) words: u16,
+    /// The judgement of the tags.
+    pub(super) tags: Tags,
+    /// The number of the register to compare next.
+    pub(super) next: usize,
+    /// The present range and self-test.
+    pub(super) set_up: SetUp,
     /// The present word: the bytes to send, replaced by the received ones.
     pub(super) bytes: [u8; WORD],
     pub(super) resampler: Resampler<i16, FRACTION>,
@@ -80,8 +117,10 @@ pub struct Ism330dhcx<const TESTS: usize, const GYROSCOPES: usize> {
     test: [Option<SelfTest>; TESTS],
     /// The result of the last self-test, until it is read.
     tested: Option<Working>,
-    /// The missing accelerometer is logged.
-    reported: bool,
+    /// The failure that is logged.
+    reported: Option<Trouble>,
+    /// There were repeated errors on the line since the last reading.
+    pub(super) doubted: bool,
 }
 
 impl<const TESTS: usize, const GYROSCOPES: usize> Element for Ism330dhcx<TESTS, GYROSCOPES> {
@@ -96,10 +135,12 @@ impl<const TESTS: usize, const GYROSCOPES: usize> Element for Ism330dhcx<TESTS, 
             wires,
             state: State::Absent {
                 retry: Instant::from_ticks(0),
-                failed: None,
             },
             step: Step::None,
             words: 0,
+            tags: Tags::INITIAL,
+            next: 0,
+            set_up: SetUp::Normal,
             bytes: [0; WORD],
             resampler: const { Resampler::new() }, // as a constant, its values are cleared without a loop
             gyroscope: [Gyroscope::INITIAL; GYROSCOPES],
@@ -107,7 +148,8 @@ impl<const TESTS: usize, const GYROSCOPES: usize> Element for Ism330dhcx<TESTS, 
             temperature: None,
             test: [const { None }; TESTS],
             tested: None,
-            reported: false,
+            reported: None,
+            doubted: false,
         }
     }
 
@@ -116,12 +158,12 @@ impl<const TESTS: usize, const GYROSCOPES: usize> Element for Ism330dhcx<TESTS, 
             self.end_test(Working::default());
         }
         match self.state {
-            State::Absent { retry, failed } if reached(now, retry) => self.find(now, failed),
+            State::Absent { retry } if reached(now, retry) => self.find(now),
             State::Absent { .. } => {}
-            State::Running { misses, .. } if misses >= MISSES => self.absent(now),
+            State::Running { misses, .. } if misses >= MISSES => self.fail(now, Trouble::NoValues),
             State::Running { ref mut misses, .. } => {
                 *misses += 1;
-                self.step = Step::Level;
+                self.step = Step::Compare;
                 self.resampler.follow();
             }
         }
@@ -170,7 +212,7 @@ impl<const TESTS: usize, const GYROSCOPES: usize> Ism330dhcx<TESTS, GYROSCOPES> 
         match step {
             self_test::Step::None => {}
             self_test::Step::SetUp(set_up) if self.change(set_up).is_ok() => {}
-            self_test::Step::SetUp(_) => self.absent(now),
+            self_test::Step::SetUp(_) => self.fail(now, Trouble::Silent),
             self_test::Step::Done(working) => {
                 info!("self-test: {}", working);
                 self.end_test(working);
@@ -184,41 +226,50 @@ impl<const TESTS: usize, const GYROSCOPES: usize> Ism330dhcx<TESTS, GYROSCOPES> 
         self.tested = Some(working);
     }
 
-    /// The accelerometer is missing.
-    pub(super) fn absent(&mut self, now: Instant) {
-        if !self.reported && reached(now, BOOT_END) {
-            warn!("no accelerometer");
-            self.reported = true;
+    /// There are no readings until the accelerometer is configured again, which is tried at once.
+    pub(super) fn fail(&mut self, now: Instant, trouble: Trouble) {
+        if self.reported != Some(trouble) && reached(now, BOOT_END) {
+            warn!("the accelerometer {=str}", trouble.text());
+            self.reported = Some(trouble);
         }
-        let pause = if reached(now, BOOT_END) {
-            RETRY_MS
-        } else {
-            BOOT_RETRY_MS
-        };
-        self.state = State::Absent {
-            retry: after(now, millis(pause)),
-            failed: None,
-        };
+        self.doubted |= trouble == Trouble::Line;
+        self.step = Step::None;
+        self.words = 0;
+        self.state = State::Absent { retry: now };
     }
 
-    /// Tries to find the accelerometer and configures it.
-    fn find(&mut self, now: Instant, failed: Option<Instant>) {
-        let first = failed.unwrap_or(now);
-        match self.set_up(reached(now, after(first, millis(BOOT_MS)))) {
-            Ok(true) => {
-                info!("accelerometer found");
-                self.reported = false;
+    /// Tries to configure the accelerometer.
+    fn find(&mut self, now: Instant) {
+        match self.configure() {
+            Ok(()) => {
                 self.state = State::Running {
-                    settling: SETTLING_VALUES,
+                    settling: self.settling_values(),
                     misses: 0,
                 };
             }
-            _ => {
-                self.absent(now);
-                if let State::Absent { failed, .. } = &mut self.state {
-                    *failed = Some(first);
+            Err(trouble) => {
+                self.fail(now, trouble);
+                if trouble != Trouble::Silent {
+                    let retry = after(now, millis(RETRY_MS));
+                    self.state = State::Absent { retry };
                 }
             }
         }
+    }
+
+    /// The number of values to skip.
+    pub(super) fn settling_values(&self) -> u16 {
+        if self.doubted {
+            CLEAN_VALUES
+        } else {
+            SETTLING_VALUES
+        }
+    }
+
+    /// The accelerometer has settled.
+    pub(super) fn settled(&mut self) {
+        info!("accelerometer found");
+        self.reported = None;
+        self.doubted = false;
     }
 }

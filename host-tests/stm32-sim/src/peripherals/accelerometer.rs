@@ -19,6 +19,11 @@ impl Peripherals {
         }
     }
 
+    /// The frequency of SCK in Hz.
+    pub fn spi_bit_rate(&self) -> u32 {
+        self.spi.bit_rate(self.clocks())
+    }
+
     /// Moves SPI and accelerometer on to this cycle.
     pub(super) fn advance_spi(&mut self, cycle: u64) {
         if !self.spi.is_due(cycle) {

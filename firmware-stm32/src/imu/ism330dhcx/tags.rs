@@ -1,0 +1,130 @@
+//! Checks the tags of the FIFO. A tag is the only part of a word that can be checked: the data have neither parity nor checksum.
+//!
+//! ```text
+//!  bit  7 6 5 4 3   2 1       0
+//!      +----------+---------+--------+
+//!      | sensor   | counter | parity |    the parity of the whole byte is even (ST: fifo_utility.c)
+//!      +----------+---------+--------+
+//! ```
+//!
+//! The words of one time have the same counter, and the next ones the next counter, modulo 4. A single error costs a word. A second one
+//! within about 1 s is a sign of a bad line: a quarter of the bits of a second are known here, and most errors are in the data.
+
+/// The tag of an empty FIFO.
+pub const EMPTY: u8 = 0;
+
+/// The number of words without an error after which an error is a single one again: 1 s without gyroscope, 0.5 s with it.
+const MEMORY: u16 = 833;
+
+/// The sensors: gyroscope, accelerometer, thermometer.
+const SENSORS: core::ops::RangeInclusive<u8> = 1..=3;
+
+/// What is known of the line.
+#[derive(Clone, Copy, Debug)]
+pub struct Tags {
+    /// The counter of the last word, if it is known.
+    counter: Option<u8>,
+    /// The number of words until the last error does not count any more.
+    suspicion: u16,
+}
+
+impl Tags {
+    /// Before the first word.
+    pub const INITIAL: Self = Self {
+        counter: None,
+        suspicion: 0,
+    };
+
+    /// The next word can have any counter: words were lost.
+    pub fn restart(&mut self) {
+        self.counter = None;
+    }
+
+    /// Whether the tag of the next word is right. A wrong one is an error of the line ([`repeats`](Self::repeats)), and the counter of
+    /// the word behind it is not checked.
+    pub fn accept(&mut self, tag: u8) -> bool {
+        let counter = tag >> 1 & 0b11;
+        let follows = match self.counter {
+            Some(last) => counter.wrapping_sub(last) & 0b11 <= 1,
+            None => true,
+        };
+        let is_even = tag.count_ones().is_multiple_of(2);
+        let accepted = is_even && follows && SENSORS.contains(&(tag >> 3));
+        self.counter = accepted.then_some(counter);
+        if accepted {
+            self.suspicion = self.suspicion.saturating_sub(1);
+        }
+        accepted
+    }
+
+    /// Counts an error of the line. Returns true if it is not the first one within the last second.
+    pub fn repeats(&mut self) -> bool {
+        core::mem::replace(&mut self.suspicion, MEMORY) > 0
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The tag of a sensor with this counter.
+    fn tag(sensor: u8, counter: u8) -> u8 {
+        let bits = sensor << 3 | (counter & 0b11) << 1;
+        bits | (bits.count_ones() & 1) as u8
+    }
+
+    #[test]
+    fn words_of_one_time_and_of_the_next_are_accepted() {
+        let mut tags = Tags::INITIAL;
+        for counter in 2..20 {
+            for sensor in [2, 1, 3] {
+                assert!(tags.accept(tag(sensor, counter)), "{sensor} {counter}");
+            }
+        }
+    }
+
+    #[test]
+    fn each_inverted_bit_is_refused() {
+        for bit in 0..8 {
+            let mut tags = Tags::INITIAL;
+            assert!(tags.accept(tag(2, 0)));
+            assert!(!tags.accept(tag(2, 1) ^ 1 << bit), "bit {bit}");
+            // The counter of the word behind it is not checked.
+            assert!(tags.accept(tag(2, 2)), "bit {bit}");
+        }
+    }
+
+    #[test]
+    fn skipped_counter_is_refused_unless_words_were_lost() {
+        for (skip, accepted) in [(0, true), (1, true), (2, false), (3, false)] {
+            let mut tags = Tags::INITIAL;
+            assert!(tags.accept(tag(2, 3)));
+            assert_eq!(tags.accept(tag(2, 3 + skip)), accepted, "{skip}");
+            let mut tags = Tags::INITIAL;
+            assert!(tags.accept(tag(2, 3)));
+            tags.restart();
+            assert!(tags.accept(tag(2, 3 + skip)), "{skip}");
+        }
+    }
+
+    #[test]
+    fn other_sensors_and_the_empty_fifo_are_refused() {
+        for sensor in (0..32).filter(|sensor| !(1..=3).contains(sensor)) {
+            assert!(!Tags::INITIAL.accept(tag(sensor, 0)), "{sensor:02X}h");
+        }
+        assert!(!Tags::INITIAL.accept(EMPTY));
+        assert!(!Tags::INITIAL.accept(0xFF));
+    }
+
+    #[test]
+    fn second_error_within_833_words_repeats() {
+        for (words, repeats) in [(0, true), (832, true), (833, false)] {
+            let mut tags = Tags::INITIAL;
+            assert!(!tags.repeats());
+            for counter in 0..words {
+                assert!(tags.accept(tag(2, counter as u8)));
+            }
+            assert_eq!(tags.repeats(), repeats, "{words}");
+        }
+    }
+}

@@ -1,0 +1,296 @@
+//! Faults of the accelerometer, of its line and of its registers: which ones an is2 reports, after which time, and how they end. No reply
+//! without an error has a wrong angle. `invalid.rs` has the answers of the other products to a fault.
+
+use crate::accelerometer::{ERRORS, RATE, angle, memory, quick};
+use crate::rig::*;
+use bench::BusRate;
+use stm32_sim::chip::Chip;
+use stm32_sim::gpio::{Pin, PortName};
+use stm32_sim::ism330dhcx::{Fault, Ism330dhcx, Sibling};
+
+/// The registers by their addresses in the datasheet.
+const FUNC_CFG_ACCESS: u8 = 0x01;
+const WHO_AM_I: u8 = 0x0F;
+const FIFO_TAG: u8 = 0x78;
+const FIFO_STATUS2: u8 = 0x3B;
+
+/// Changes the accelerometer at this time in picoseconds.
+type Change = fn(&mut Ism330dhcx, u64);
+
+/// A fault that the sensor reports.
+struct Reported {
+    name: &'static str,
+    begin: Change,
+    end: Change,
+    /// The earliest and the latest time of the report in ms after the begin, and those of its end after the end of the fault.
+    begins: (u64, u64),
+    ends: (u64, u64),
+}
+
+/// No samples for 100 ms. The part is found within 5 ms, and has a value 45 ms later; the times of a poll are added.
+const GONE: (u64, u64) = (95, 170);
+const FOUND: (u64, u64) = (0, 130);
+
+const REPORTED: [Reported; 9] = [
+    Reported {
+        name: "line stuck at 0",
+        begin: |part, now| part.set_fault(now, Fault::Silent(0)),
+        end: |part, now| part.set_fault(now, Fault::None),
+        begins: GONE,
+        // After an answer, the next attempt is 100 ms later.
+        ends: (0, 230),
+    },
+    Reported {
+        name: "line stuck at 1",
+        begin: |part, now| part.set_fault(now, Fault::Silent(0xFF)),
+        end: |part, now| part.set_fault(now, Fault::None),
+        begins: GONE,
+        ends: FOUND,
+    },
+    Reported {
+        name: "no supply",
+        begin: |part, _| part.unmount(),
+        end: |part, now| part.power_on(now),
+        begins: GONE,
+        ends: FOUND,
+    },
+    Reported {
+        name: "no samples",
+        begin: |part, now| part.set_fault(now, Fault::Stopped),
+        end: |part, now| part.set_fault(now, Fault::None),
+        begins: GONE,
+        ends: FOUND,
+    },
+    // The mean must be outside of 0.6 to 1.5 g for 0.5 s.
+    Reported {
+        name: "Z stuck at 0",
+        begin: |part, now| part.set_fault(now, Fault::Stuck(2, 0)),
+        end: |part, now| part.set_fault(now, Fault::None),
+        begins: (500, 650),
+        ends: (500, 650),
+    },
+    // After the line was good for 0.5 s.
+    Reported {
+        name: "wrong parity of each tag",
+        begin: |part, _| part.spoil(FIFO_TAG, 1, u32::MAX),
+        end: |part, _| part.spoil(FIFO_TAG, 0, 0),
+        begins: GONE,
+        ends: (500, 800),
+    },
+    Reported {
+        name: "a bit error in each 50th byte",
+        begin: |part, _| part.set_bit_errors(50),
+        end: |part, _| part.set_bit_errors(0),
+        begins: (95, 300),
+        ends: (500, 800),
+    },
+    Reported {
+        name: "wrong identifier",
+        begin: |part, _| part.spoil(WHO_AM_I, 1, u32::MAX),
+        end: |part, _| part.spoil(WHO_AM_I, 0, 0),
+        begins: GONE,
+        ends: (0, 230),
+    },
+    Reported {
+        name: "IIS2ICLX in its place",
+        begin: |part, now| {
+            part.set_sibling(Sibling::Iis2iclx);
+            part.power_on(now);
+        },
+        end: |part, now| {
+            part.set_sibling(Sibling::Ism330dhcx);
+            part.power_on(now);
+        },
+        begins: GONE,
+        ends: (0, 230),
+    },
+];
+
+/// Polls until the status is `status`, and returns the time in ms. An angle without an error must be right, unless `exact` is false.
+#[track_caller]
+fn wait(rig: &mut Rig, status: u8, limit: u64, exact: bool, name: &str) -> u64 {
+    let start = rig.bus.now().ticks();
+    loop {
+        let reply = rig.poll();
+        let passed = (rig.bus.now().ticks() - start) / 1000;
+        if reply[1] == status {
+            return passed;
+        }
+        assert!(passed <= limit, "{name}: {reply:02X?} after {passed} ms");
+        assert!(
+            reply[1] != 0 || !exact || is_right(&reply),
+            "{name}: {reply:02X?}"
+        );
+        rig.run(4);
+    }
+}
+
+/// 10 and 5 degrees. A count of the accelerometer is 0.014 degrees.
+fn is_right(reply: &[u8]) -> bool {
+    angle(reply, 2).abs_diff(1000) <= 2 && angle(reply, 4).abs_diff(500) <= 2
+}
+
+/// Polls for this time; there must be no error, and each angle must be right.
+#[track_caller]
+fn stays_right(rig: &mut Rig, ms: u64, name: &str) {
+    for passed in (0..ms).step_by(5) {
+        let reply = rig.poll();
+        assert_eq!(reply[1], 0, "{name}: {reply:02X?} after {passed} ms");
+        assert!(is_right(&reply), "{name}: {reply:02X?} after {passed} ms");
+        rig.run(4);
+    }
+}
+
+#[test]
+pub fn fault_is_reported_and_ends_within_its_times() {
+    for Reported {
+        name,
+        begin,
+        end,
+        begins,
+        ends,
+    } in REPORTED
+    {
+        let mut rig = quick();
+        let (io, now) = rig.io();
+        begin(&mut io.imu, now);
+        // A stuck axis gives a wrong angle until its length is judged, and bit errors are in the data too.
+        let exact = !name.contains("stuck at 0") && !name.contains("bit error");
+        let began = wait(&mut rig, ERRORS, begins.1, exact, name);
+        // It is not reported in between.
+        for _ in 0..400 {
+            assert_eq!(rig.poll()[1], ERRORS, "{name}");
+            rig.run(4);
+        }
+        let (io, now) = rig.io();
+        end(&mut io.imu, now);
+        let ended = wait(&mut rig, 0, ends.1, true, name);
+        println!("{name}: reported after {began} ms, ends after {ended} ms");
+        assert!(
+            began >= begins.0 && ended >= ends.0,
+            "{name}: {began}, {ended}"
+        );
+        stays_right(&mut rig, 500, name);
+    }
+}
+
+/// What the driver restores before the sensor would report it.
+#[test]
+fn momentary_disturbance_changes_neither_status_nor_angle() {
+    let disturbances: [(&str, Change); 9] = [
+        ("one wrong parity", |part, _| part.spoil(FIFO_TAG, 1, 1)),
+        ("one skipped counter", |part, _| {
+            part.spoil(FIFO_TAG, 0b110, 1)
+        }),
+        ("one other sensor", |part, _| part.spoil(FIFO_TAG, 0x11, 1)),
+        ("one lost word", |part, now| part.lose_words(now, 1)),
+        ("two lost words", |part, now| part.lose_words(now, 2)),
+        ("one wrong number of words", |part, _| {
+            part.spoil(FIFO_STATUS2, 1, 1)
+        }),
+        ("one impossible number of words", |part, _| {
+            part.spoil(FIFO_STATUS2, 4, 1)
+        }),
+        ("one wrong identifier", |part, _| {
+            part.spoil(WHO_AM_I, 0xFF, 1)
+        }),
+        ("reset of the part", |part, now| part.power_on(now)),
+    ];
+    let mut rig = quick();
+    for (name, disturb) in disturbances {
+        for phase in [0, 1_700, 3_300] {
+            rig.run_us(phase);
+            let (io, now) = rig.io();
+            disturb(&mut io.imu, now);
+            stays_right(&mut rig, 400, name);
+            // Until it is a single one again.
+            rig.run(1_200);
+        }
+    }
+}
+
+/// A disturbed register of the part. The control registers are 10h to 17h; BOOT and SW_RESET return to 0.
+#[test]
+fn disturbed_register_of_the_accelerometer_is_restored_without_a_wrong_angle() {
+    let registers = (0x07..=0x0A).chain(0x10..=0x19).chain([FUNC_CFG_ACCESS]);
+    let mut rig = quick();
+    for register in registers {
+        let bits = match register {
+            FUNC_CFG_ACCESS => 0xC0,
+            0x12 => 0x7E,
+            _ => 0xFF_u8,
+        };
+        for bit in (0..8).filter(|bit| bits >> bit & 1 != 0) {
+            let name = format!("register {register:02X}h, bit {bit}");
+            let (io, now) = rig.io();
+            let before = io.imu.register(register);
+            io.imu.upset(now, register, 1 << bit);
+            assert_ne!(io.imu.register(register), before, "{name}");
+            stays_right(&mut rig, 150, &name);
+            assert_eq!(rig.io().0.imu.register(register), before, "{name}");
+        }
+    }
+    // With a disturbed register, the accesses of the driver are violations.
+    std::mem::forget(rig);
+}
+
+/// The same registers, values and behaviour, for vehicles.
+#[test]
+fn asm330lhh_is_accepted() {
+    let mut rig = Rig::with("is2", BusRate::Fixed(RATE), memory());
+    rig.io().0.imu.set_sibling(Sibling::Asm330lhh);
+    rig.boot_up();
+    rig.run(300);
+    stays_right(&mut rig, 1_000, "ASM330LHH");
+}
+
+/// The IIS2ICLX has the same identifier, but two axes and a range of 2 g where the others have 8 g.
+#[test]
+fn iis2iclx_is_a_sensor_error_from_the_boot_up_messages_on() {
+    for (x, y) in [(10.0, 5.0), (12.0, 0.0), (0.0, -15.0), (0.0, 0.0)] {
+        let mut rig = Rig::with("is2", BusRate::Fixed(RATE), memory());
+        rig.io().0.imu.set_sibling(Sibling::Iis2iclx);
+        rig.bus.device_mut(rig.sensor).set_motion(tilt("is2", x, y));
+        for _ in 0..2 {
+            let boot_up = rig.expect(REPLY, 1000);
+            assert_eq!(boot_up.bytes()[1], ERRORS, "{x} {y}");
+        }
+        for _ in 0..100 {
+            assert_eq!(rig.poll()[1], ERRORS, "{x} {y}");
+            rig.run(11);
+        }
+    }
+}
+
+/// An X that does not move is seen when the length is wrong. Until then, no test without a force on the part can show it.
+#[test]
+fn stuck_axis_is_reported_where_the_length_shows_it() {
+    for (x, reported) in [(0.0, false), (40.0, false), (60.0, true), (80.0, true)] {
+        let mut rig = quick();
+        rig.bus
+            .device_mut(rig.sensor)
+            .set_motion(tilt("is2", 0.0, 0.0));
+        rig.run(1_000);
+        let (io, now) = rig.io();
+        io.imu.set_fault(now, Fault::Stuck(0, 0));
+        rig.bus
+            .device_mut(rig.sensor)
+            .set_motion(tilt("is2", x, 0.0));
+        rig.run(1_000);
+        assert_eq!(rig.poll()[1] == ERRORS, reported, "{x} deg");
+    }
+}
+
+/// Its values need 107 kbit/s. Edges of 50 MHz would ring on loose wires.
+#[test]
+pub fn spi_runs_at_2_mhz_with_slow_edges() {
+    let mut rig = quick();
+    let io = rig.io().0;
+    assert_eq!(io.spi_bit_rate(), 2_000_000);
+    if chip() == Chip::F103 {
+        for pin in [4, 5, 7] {
+            let edges = io.gpio.highest_frequency(Pin(PortName::A, pin));
+            assert_eq!(edges, 10_000_000, "PA{pin}");
+        }
+    }
+}
