@@ -1,15 +1,15 @@
-//! A driver with one thread: an IS2 on a wire that exists in memory only. Replace `Wire` by the registers of your CAN controller.
-//! Run it with `cargo run -p core --example driver_one_thread`.
+//! A driver with one thread, for any product. `Wire` is a CAN controller in memory: put the registers of your controller in its place.
 
-use plumbline::can::{BitRate, Filter, Frame, standard};
+use plumbline::can::{Filter, Frame, standard};
 use plumbline::measure::{I32x3, ONE_G, Reading};
 use plumbline::model::gemac::is2::{BP_CL, Is2};
+use plumbline::model::jn2101::Jn2101;
 use plumbline::node::driver::{Controller, Driver, OneThread, Phase, Platform};
-use plumbline::node::{Action, Boot, BusEvent, BusMode};
-use plumbline::time::Instant;
+use plumbline::node::{Action, Boot, BusEvent, BusMode, ProductNode};
+use plumbline::{store::StoreError, time::Instant};
 use std::cell::{Cell, RefCell};
 
-/// The registers. The mailboxes and the rest of the driver use them at the same time.
+/// The CAN controller. The mailboxes and the rest of the driver use it.
 struct Wire {
     now: Cell<Instant>,
     phase: Cell<Phase>,
@@ -26,11 +26,8 @@ impl Controller for &Wire {
     fn pause(&mut self, phase: Phase) {
         self.phase.set(phase);
     }
-    fn is_at(&self, _: BitRate) -> bool {
-        false // an IS2 does not change its filters on the bus
-    }
     fn has_room(&self) -> bool {
-        true // this wire sends at once
+        true // this wire sends at once, so no frame waits
     }
     fn is_idle(&self) -> bool {
         true
@@ -42,68 +39,83 @@ impl Controller for &Wire {
     fn lose(&mut self) {}
 }
 
-/// The rest of the hardware: no LEDs, no memory.
-struct Board<'a>(&'a Wire, Option<BusMode>);
+/// The rest of the hardware.
+struct Board<'a> {
+    wire: &'a Wire,
+    change: Option<BusMode>,
+    saves: bool,
+}
 
 impl Platform for Board<'_> {
-    fn step(&mut self, _filters: impl FnOnce(&mut dyn FnMut(Filter))) -> bool {
-        let Some(mode) = self.1.take() else {
+    fn step(&mut self, filters: impl FnOnce(&mut dyn FnMut(Filter))) -> bool {
+        let Some(mode) = self.change.take() else {
             return false;
         };
-        // Set the filters and the bit timing here, and wait for 11 recessive bits in further steps.
-        self.0.phase.set(match mode {
+        // Set the bit timing and the filters here, and wait for 11 recessive bits in further steps.
+        filters(&mut |filter| println!("{filter:?}"));
+        self.wire.phase.set(match mode {
             BusMode::Listen => Phase::Listening,
             BusMode::Normal => Phase::Normal,
         });
         true
     }
     fn event(&mut self) -> Option<BusEvent> {
-        None
+        None // this wire has no errors
     }
-    fn refilter(&mut self, _: impl FnOnce(&mut dyn FnMut(Filter))) {}
     fn perform(&mut self, action: Action) {
-        println!("{action:?}");
-        if let Action::Bus(mode, _) = action {
-            self.1 = Some(mode);
+        match action {
+            Action::Bus(mode, _) => self.change = Some(mode),
+            other => println!("{other:?}"),
         }
     }
-    fn save(&mut self, _: impl FnOnce(&mut [u8]) -> Option<usize>) {}
+    fn save(&mut self, _: impl FnOnce(&mut [u8]) -> Option<usize>) {
+        self.saves = true;
+    }
     fn restart(&mut self, _: u32) {}
 }
 
-fn main() {
+/// The main loop, for these requests. Returns the sent frames.
+fn run<N: ProductNode>(article: &N::Article, requests: &[Frame]) -> Vec<Frame> {
     let wire = Wire {
         now: Cell::new(Instant::from_ticks(0)),
         phase: Cell::new(Phase::Off),
         sent: RefCell::default(),
     };
-    let mut sensor = Is2::new(&BP_CL, wire.now.get(), &Boot::default());
-    let mut driver = Driver::new(OneThread::new(&mut sensor, &wire));
-    let mut board = Board(&wire, None);
-    let force = I32x3 {
-        x: 0,
-        y: 0,
+    let mut board = Board {
+        wire: &wire,
+        change: None,
+        saves: false,
+    };
+    let mut node = N::INITIAL;
+    node.start(article, wire.now.get(), &Boot::default());
+    let mut driver = Driver::new(OneThread::new(&mut node, &wire));
+    let acceleration = I32x3 {
         z: ONE_G,
+        ..I32x3::default()
     };
-    let level = Reading {
-        acceleration: force,
-        ..Reading::default()
-    };
-    // The bit rate is detected with the first frame. The second one requests the angles.
-    for (ms, id) in [(5, 0x7FF), (10, 0x300)] {
-        wire.now.set(Instant::from_ticks(ms * 1000));
-        driver.sample(&level);
+    for (number, request) in (1..).zip(requests) {
+        wire.now.set(Instant::from_ticks(number * 5_000));
+        driver.sample(&Reading {
+            acceleration,
+            ..Reading::default()
+        });
         while driver.turn(&mut board) {}
-        driver.receive(&Frame::data(standard(id), &[0]).expect("a frame"));
+        driver.receive(request);
         while driver.turn(&mut board) {}
+        if std::mem::take(&mut board.saves) {
+            driver.stored(Err(StoreError)); // this board has no memory
+        }
+        println!("wait until {:?}", driver.deadline());
     }
-    let sent = wire.sent.borrow();
-    println!("{sent:?}, next turn at {:?}", driver.deadline());
-    assert_eq!(sent.len(), 3, "two boot-up messages, one answer");
-    assert_eq!(sent.last().map(|answer| answer.bytes()[0]), Some(0));
+    wire.sent.take()
 }
 
-#[test]
-fn answer_follows_boot_up_messages() {
-    main();
+fn main() {
+    let request = |id, data: &[u8]| Frame::data(standard(id), data).expect("a frame");
+    // The bit rate is detected with the first frame. The second one requests the angles.
+    let sent = run::<Is2>(&BP_CL, &[request(0x7FF, &[]), request(0x300, &[0])]);
+    assert_eq!(sent.len(), 3, "two boot-up messages, one answer");
+    // An SDO request for the device type (1000h).
+    let sent = run::<Jn2101>(&(), &[request(0x60A, &[0x40, 0x00, 0x10, 0, 0, 0, 0, 0])]);
+    assert_eq!(sent.len(), 2, "the boot-up message, one answer");
 }

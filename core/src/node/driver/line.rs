@@ -220,7 +220,7 @@ impl<'a, H: Exchange + ?Sized, C: Controller> Link<'a, H, C> {
         // A frame that the main loop has just built does not wait for this answer. But it waits if the received frame can be a claim that
         // takes the address of this node.
         if self.node.is_sending() && !(self.node.changes_filters() && frame.is_extended()) {
-            self.transmit();
+            self.send();
         }
         let now = self.now();
         self.node.receive(now, frame);
@@ -245,7 +245,7 @@ impl<'a, H: Exchange + ?Sized, C: Controller> Link<'a, H, C> {
         if H::USES_SENT && unsent && self.phase() == Phase::Normal {
             self.bus(BusEvent::Unsent);
         }
-        self.transmit();
+        self.send();
         if H::USES_SENT && self.phase() == Phase::Normal && self.is_idle() {
             let now = self.now();
             self.node.sent(now);
@@ -276,10 +276,18 @@ impl<'a, H: Exchange + ?Sized, C: Controller> Link<'a, H, C> {
             moves = true;
         }
         // Usually there is no frame. The check is shorter than the call, which saves many registers.
-        moves | (self.node.is_sending() && self.transmit())
+        moves | (self.node.is_sending() && self.send())
+    }
+
+    /// [`transmit`](Self::transmit) as a call, where no answer is sent. Measured: with both inlined, an answer of the IS2 takes up to
+    /// 15.5 us, the limit is 15 us; with both called, one of the IMS360 takes up to 22.6 us, the limit is 22 us.
+    #[inline(never)]
+    fn send(&mut self) -> bool {
+        self.transmit()
     }
 
     /// Puts the frames of the node into the free mailboxes. Returns false if there is none.
+    #[inline(always)]
     fn transmit(&mut self) -> bool {
         let mut moves = false;
         while self.node.is_sending()

@@ -9,6 +9,9 @@
 //!                          Driver::turn -----+
 //! ```
 //!
+//! A driver of any product has one bound, [`ProductNode`](super::ProductNode): it starts the node, and has the owner of its store, its
+//! sizes and its two halves.
+//!
 //! # With one thread
 //!
 //! A [`Driver`] of [`OneThread`] has a [`Node`](super::Node) and its controller. In a loop:
@@ -18,7 +21,11 @@
 //! 2. Call [`Driver::turn`] until it returns false. It requests bus changes, saves and other actions from the [`Platform`].
 //! 3. Wait until the next input, at the latest until [`Driver::deadline`].
 //!
-//! `examples/driver_one_thread.rs` is such a driver.
+//! This is the example `driver_one_thread`:
+//!
+#![doc = "```"]
+#![doc = include_str!("../../../examples/driver_one_thread.rs")]
+#![doc = "```"]
 //!
 //! # With two priorities
 //!
@@ -31,7 +38,44 @@
 //! 2. The transmit interrupt calls [`Link::transmitted`] when a mailbox has become free.
 //! 3. Both wake the main loop, which does the rest as with one thread.
 //!
-//! `examples/driver_two_priorities.rs` is such a driver.
+//! This is the example `driver_two_priorities`:
+//!
+#![doc = "```"]
+#![doc = include_str!("../../../examples/driver_two_priorities.rs")]
+#![doc = "```"]
+//!
+//! # What a driver must do
+//!
+//! | when | call | at which priority |
+//! |---|---|---|
+//! | a frame was received | [`Driver::receive`] or [`Link::receive`] | the loop, or the receive interrupt |
+//! | a mailbox has become free | [`Driver::transmitted`] or [`Link::transmitted`] | the loop, or the transmit interrupt |
+//! | every [`SAMPLE_PERIOD`](crate::measure::SAMPLE_PERIOD) | [`Driver::sample`], and [`Driver::supply`] if the product measures it | the loop |
+//! | readings were lost | [`Driver::interrupt`], before the next reading | the loop |
+//! | a self-test or a save has ended | [`Driver::tested`], [`Driver::stored`] | the loop |
+//! | after each of these, and at [`Driver::deadline`] | [`Driver::turn`] until it returns false | the loop |
+//! | each millisecond while a change of the mode runs | [`Driver::turn`] | the loop |
+//!
+//! - **Start**: open the [store](super::StoreOf) of the [owner](super::ProductNode::owner), let it
+//!   [erase in advance](crate::store::Store::prepare), start the node with its [`boot`](crate::store::Store::boot), then call
+//!   [`Driver::turn`]. The controller is off the bus until the first [`Action::Bus`]. Readings begin within 89 ms: without one, the node
+//!   reports a sensor error.
+//! - **Waiting**: no method of [`Controller`] and no use of the link waits. With one thread, each wait in the loop delays the answers. With
+//!   two priorities, the loop may wait between two readings, for example for a sector of the flash.
+//! - **Change of the mode** ([`Action::Bus`]): [`Platform::perform`] notes it. The steps abort the frames in the mailboxes, discard the
+//!   received frames and errors, and set bit timing and filters. Then the phase is [`Phase::Waiting`], until the controller has seen
+//!   11 recessive bits. If the bus stays dominant, the change does not end, and the node can request another one.
+//! - **Bus-off**: [`Platform::event`] returns each change of the fault confinement state once. The controller does not leave bus-off
+//!   before [`Action::Recover`]. Then the driver reports [`BusState::Active`](super::BusState::Active).
+//! - **Save**: [`Platform::save`] begins it ([`Store::save`](crate::store::Store::save)), and the loop performs its
+//!   [steps](crate::store::Store::step) until the result, which it passes to [`Driver::stored`]. A board without memory reports an error at
+//!   once. Without a report, the node waits for the end of the save forever, and takes no more frames that must wait for it.
+//! - **Power cut**: the store has the earlier record until the new one is complete, so a driver does nothing. If the supply is too low
+//!   to program the memory, report the save as failed.
+//! - **Restart**: [`Platform::restart`] comes after the last frame. Switch off the heater, keep the word, and reset the chip. Pass the word to
+//!   the next start ([`Boot::kept`](super::Boot::kept)), but 0 after power-up. If `restart` returns, the driver starts the node again, with
+//!   a new [`Driver`].
+//! - **Watchdog**: feed it once in each iteration of the loop. A turn performs at most eight actions.
 //!
 //! # What the order ensures
 //!
@@ -102,8 +146,12 @@ pub trait Controller {
     fn pause(&mut self, phase: Phase);
 
     /// Whether the controller is in normal mode at this bit rate, no change is running, and it is not in bus-off. It does not depend on
-    /// [`pause`](Self::pause).
-    fn is_at(&self, rate: BitRate) -> bool;
+    /// [`pause`](Self::pause). False, the default, for a driver that cannot [change the filters](Platform::refilter) on the bus: then
+    /// such a change is an [`Action::Bus`].
+    fn is_at(&self, rate: BitRate) -> bool {
+        let _ = rate;
+        false
+    }
 
     /// Whether a frame can be put into a mailbox. Use at most two mailboxes: the second frame follows the first without a gap, and a
     /// newer cyclic value replaces one that does not wait in a mailbox yet.
@@ -131,20 +179,23 @@ pub trait Platform {
     /// called in each turn and at once after an [`Action::Bus`].
     fn step(&mut self, filters: impl FnOnce(&mut dyn FnMut(Filter))) -> bool;
 
-    /// The next event of the CAN controller, except [`BusEvent::Unsent`].
+    /// The next event of the CAN controller, except [`BusEvent::Unsent`]; None if there is no more. Each event is returned once: a turn
+    /// calls it until it returns None.
     fn event(&mut self) -> Option<BusEvent>;
 
     /// Discards the frames in the mailboxes, sets these filters and the phase [`Phase::Normal`]. The controller stays on the bus, and
     /// a filter that stays in its place receives without a gap. Only for a protocol that
-    /// [changes its filters](super::Protocol::CHANGES_FILTERS).
-    fn refilter(&mut self, filters: impl FnOnce(&mut dyn FnMut(Filter)));
+    /// [changes its filters](super::Protocol::CHANGES_FILTERS), and a controller that [is at](Controller::is_at) the bit rate.
+    fn refilter(&mut self, filters: impl FnOnce(&mut dyn FnMut(Filter))) {
+        let _ = filters;
+    }
 
     /// Performs or begins an action, except [`Action::Save`] and [`Action::Restart`]. The phase is [`Phase::Off`] at
     /// [`Action::Bus`].
     fn perform(&mut self, action: Action);
 
     /// Begins a save of the record that `image` writes into its argument, and of which it returns the length. [`Driver::stored`]
-    /// reports its end.
+    /// must report its end: until then, the node waits for it.
     fn save(&mut self, image: impl FnOnce(&mut [u8]) -> Option<usize>);
 
     /// Restarts the device as after power-up. Pass `kept` to the next start in [`Boot::kept`](super::Boot::kept), in memory that is
