@@ -5,6 +5,7 @@
 use crate::can::{CanId, Filter, Frame};
 use crate::canopen::{self, Canopen};
 use crate::j1939::{self, J1939, Proprietary, Timers};
+use crate::mistake::Mistake;
 use crate::node::{BusChange, CanNode, Context, Protocol, Restore};
 use crate::param::Parameters;
 use crate::store::{ImageId, StoreError};
@@ -144,11 +145,17 @@ impl<P: Both> Protocol<ApplicationOf<P>> for CanopenOrJ1939<P> {
     const USES_SENT: bool = true;
     const CHANGES_FILTERS: bool = true;
 
-    const INITIAL: Self = Self {
-        canopen: Canopen::INITIAL,
-        j1939: J1939::OFF,
-        client: 0,
-        storing: 0,
+    const INITIAL: Self = {
+        Mistake::Item("HOSTED").unless(
+            <P as canopen::Product>::HOSTED.is_some(),
+            "without this function, a product with both protocols is never in J1939",
+        );
+        Self {
+            canopen: Canopen::INITIAL,
+            j1939: J1939::OFF,
+            client: 0,
+            storing: 0,
+        }
     };
 
     fn start(&mut self, cx: &mut ContextOf<P>, now: Instant) {
