@@ -3,6 +3,7 @@
 use super::board::Board;
 use cargo_metadata::Message;
 use std::collections::BTreeMap;
+use std::ffi::OsString;
 use std::fmt;
 use std::io::BufReader;
 use std::path::{Path, PathBuf};
@@ -28,7 +29,11 @@ impl BuildError {
 /// There is no program of a name, the build fails, or the target is missing and there is no rustup.
 pub fn build(board: Board, names: &[&str]) -> Result<BTreeMap<String, PathBuf>, BuildError> {
     let folder = own_folder(board).map(|it| workspace().join("target").join(it));
-    build_with(board, names, board.facts().name, folder.as_deref())
+    let folder = folder
+        .into_iter()
+        .flat_map(|it| ["--target-dir".into(), it.into()]);
+    let options: Vec<OsString> = folder.collect();
+    build_with(board, names, board.facts().name, &options)
 }
 
 /// The folder of a board in the target directory, as in its alias of cargo: two boards have the target of the Blue Pill, and the images of
@@ -43,7 +48,8 @@ pub fn folder(board: Board) -> PathBuf {
     Path::new(own).join(board.facts().target).join("release")
 }
 
-/// As [`build`], with the log. The files are in a folder of their own, so that they do not replace those without the log.
+/// As [`build`], with the log. The files are in a folder of their own, so that they do not replace those without the log. What both need
+/// is built once.
 ///
 /// # Errors
 /// As [`build`].
@@ -52,15 +58,22 @@ pub fn build_with_log(
     names: &[&str],
 ) -> Result<BTreeMap<String, PathBuf>, BuildError> {
     let feature = board.facts().name;
-    let folder = workspace().join("target").join("with-log");
-    build_with(board, names, &format!("{feature},defmt"), Some(&folder))
+    let shared = std::env::var_os("CARGO_TARGET_DIR").map(PathBuf::from);
+    let shared = shared.unwrap_or_else(|| workspace().join("target"));
+    let options = [
+        "--target-dir".into(),
+        shared.join("with-log").into(),
+        "--config".into(),
+        format!("build.build-dir='{}'", shared.display()).into(),
+    ];
+    build_with(board, names, &format!("{feature},defmt"), &options)
 }
 
 fn build_with(
     board: Board,
     names: &[&str],
     features: &str,
-    folder: Option<&Path>,
+    options: &[OsString],
 ) -> Result<BTreeMap<String, PathBuf>, BuildError> {
     let target = board.facts().target;
     add_target(target)?;
@@ -70,7 +83,7 @@ fn build_with(
         .args(["--package", "firmware-stm32", "--target", target])
         .args(names.iter().flat_map(|name| ["--bin", name]))
         .args(["--no-default-features", "--features", features])
-        .args(folder.iter().flat_map(|it| [Path::new("--target-dir"), it]))
+        .args(options)
         .arg("--message-format=json-render-diagnostics")
         // They are for the programs of the PC, and would replace those of the board.
         .env_remove("RUSTFLAGS")

@@ -8,7 +8,7 @@ pub mod ims360;
 mod parameters;
 
 pub use board::{
-    IMAGES, board, chip, elf, on_genuine_silicon, on_the_nucleo, on_the_nucleo_f103, silicon,
+    board, chip, elf, images, on_genuine_silicon, on_the_nucleo, on_the_nucleo_f103, silicon,
 };
 pub use parameters::*;
 
