@@ -222,10 +222,11 @@ impl<U: Usb> GsUsb<U> {
         let begin = time::Instant::now();
         while !self.is_off && !self.waiting.contains(&false) {
             let left = PATIENCE.saturating_sub(begin.elapsed());
+            // At least once, also if the computer was busy until now.
+            self.pump(left)?;
             if left.is_zero() {
                 break;
             }
-            self.pump(left)?;
         }
         if self.is_off || !self.waiting.contains(&false) {
             self.restart()?;
