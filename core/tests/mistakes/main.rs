@@ -251,3 +251,13 @@ fn each_mistake_of_a_devicenet_product_is_an_error_at_its_table_that_names_the_r
 fn each_mistake_of_a_j1939_product_is_an_error_at_its_table_that_names_the_row() {
     check("j1939", include_str!("j1939.rs"), J1939);
 }
+
+#[test]
+fn article_number_with_small_letters_does_not_compile() {
+    let article = include_str!("../../examples/new_article.rs");
+    assert_eq!(compile("article", article), "");
+    let mistaken = article.replacen("XX-00030-01", "xx-00030-01", 1);
+    let errors = compile("article_mistaken", &mistaken);
+    let message = "an article number has capital letters, dashes and digits";
+    assert!(errors.contains(message), "{errors}");
+}
