@@ -85,6 +85,14 @@ impl Copied {
         self.run(env!("CARGO"), arguments)
     }
 
+    /// Runs cargo for the PC. The simulator of the microcontroller only starts, so it is not optimized except in a long run.
+    #[track_caller]
+    fn host(&self, command: &str, arguments: &[&str]) {
+        let fast = ["--config", "profile.dev.package.stm32-sim.opt-level=0"];
+        let options = effort::choose(&fast[..], &[]);
+        self.cargo(&[&[command, "--quiet"], options, arguments].concat());
+    }
+
     /// The virtual sensor of a product is on its bus.
     fn starts(&self, name: &str, more: &[&str]) {
         let program = Path::new(TARGET).join("debug/virtual-sensor");
@@ -125,18 +133,16 @@ fn copy(from: &Path, to: &Path) -> io::Result<()> {
 #[test]
 fn new_product_in_the_tree_builds_and_changes_only_product_lists() {
     let copied = Copied::new();
-    // Tables, documents and traces; in a long run all tests.
-    if effort::choose(false, true) {
-        copied.cargo(&["test", "--quiet", "--no-fail-fast"]);
-    } else {
-        copied.cargo(&["test", "-q", "-p", "core", "--lib", "catalog"]);
-        for (test, filter) in [("sensor", "documents"), ("images", "core_passes")] {
-            copied.cargo(&["test", "-q", "-p", "host-tests", "--test", test, filter]);
-        }
-    }
-    copied.cargo(&["build", "-q", "--bin", "virtual-sensor"]);
+    // Documents and traces; in a long run all tests. Without a selection of packages, all commands build the same libraries.
+    let tests: &[&str] = &["--test", "sensor", "--test", "images"];
+    let only: &[&str] = &["--", "documents", "core_passes"];
+    copied.host(
+        "test",
+        effort::choose(&[tests, only].concat(), &["--no-fail-fast"]),
+    );
+    copied.host("build", &["--bin", "virtual-sensor"]);
     let out = copied.root.join("descriptions").display().to_string();
-    copied.cargo(&["run", "-q", "--bin", "descriptors", "--", "--out", &out]);
+    copied.host("run", &["--bin", "descriptors", "--", "--out", &out]);
     let programs = PRODUCTS.iter().flat_map(|[_, name, _]| ["--bin", name]);
     let board = [
         "build",
