@@ -128,7 +128,7 @@ macro_rules! project {
     };
     (attributes) => {
         const OBJECT_ROWS: &'static [$crate::devicenet::projection::ObjectRow] = const {
-            $crate::devicenet::projection::check::<Self>();
+            $crate::devicenet::consistency::check::<Self>();
             &$crate::devicenet::projection::objects::<
                 { <Self as $crate::devicenet::Product>::OBJECTS.len() },
             >(<Self as $crate::devicenet::Product>::OBJECTS)

@@ -13,8 +13,7 @@
 //! - with LSS: the identity object has its four numbers, and the node-ID 255 is permitted;
 //! - with block transfer: the buffer for texts takes each number;
 //! - the default COB-ID of the SYNC is permitted, and those of the TPDOs and of the EMCY are above 080h with each node-ID;
-//! - each sub-index of 1010h and 1011h has a group of parameters;
-//! - the hidden parameters of a product with a stored request exist and are stored.
+//! - each sub-index of 1010h and 1011h has a group of parameters.
 
 mod identifiers;
 mod pdo;
@@ -26,14 +25,14 @@ use super::feature::Feature;
 use super::lss::UNCONFIGURED;
 use super::own::Read;
 use super::pdo::Tpdos;
-use super::product::{Kept, Product, TableOf, ValuesOf};
+use super::product::{Product, TableOf, ValuesOf};
 use super::ranges::indices;
 use super::sdo::Buffer;
 use super::wide::has_wide;
 use crate::application::{Application, Values};
 use crate::mistake::Mistake;
 use crate::param::projection::{check_quantities, exists};
-use crate::param::{DataType, Parameter, ParameterId, Permitted, Persistence, Quantity, Table};
+use crate::param::{DataType, Parameter, ParameterId, Quantity, Table};
 use crate::store::unit::NAME;
 use crate::walk::{at, each};
 
@@ -65,11 +64,7 @@ pub const fn check<P: Product>() {
     if P::Lss::PRESENT {
         check_lss(P::OBJECTS);
     }
-    check_groups(P::OBJECTS, P::GROUPS, P::KEPT.is_some());
-    if let Some(kept) = P::KEPT {
-        check_kept(parameters, kept, P::History::CAPACITY);
-        check_device_profile(P::OBJECTS, parameters);
-    }
+    check_groups(P::OBJECTS, P::GROUPS);
     each!(place, event in P::EVENTS => {
         Mistake::Row("event", place).unless(
             matches!(event.cause, Cause::Overrun | Cause::BusOff),
@@ -251,11 +246,7 @@ const fn check_texts(objects: &[Object], text: usize) {
 #[track_caller]
 const fn check_history(objects: &[Object], capacity: usize) {
     let errors = match object_at(objects, 0x1003, 1) {
-        Some(Object {
-            target: Target::Service(Service::ErrorHistory),
-            count,
-            ..
-        }) => *count as usize,
+        Some(errors) if errors.is_history() => errors.count as usize,
         _ => 0,
     };
     if errors != capacity {
@@ -282,16 +273,11 @@ const fn check_lss(objects: &[Object]) {
 
 /// Checks that a group of parameters exists for each sub-index of 1010h and 1011h that stores or restores a group.
 #[track_caller]
-const fn check_groups(objects: &[Object], groups: &[(u16, u16)], kept: bool) {
+const fn check_groups(objects: &[Object], groups: &[(u16, u16)]) {
     each!(object in objects => {
         let Object { index, sub, .. } = *object;
         if let Target::Service(Service::StoreGroup | Service::RestoreGroup) = object.target {
-            let is_group = match (index, sub) {
-                (_, 1) => true,
-                (0x1011, 5) if kept => true,
-                (_, 2..=4) if kept => true,
-                _ => !kept && indices(groups, sub).is_some(),
-            };
+            let is_group = sub == 1 || indices(groups, sub).is_some();
             Mistake::Object(index, sub).unless(
                 matches!(index, 0x1010 | 0x1011) && is_group,
                 "there is no group of parameters for this sub-index",
@@ -308,52 +294,6 @@ const fn check_groups(objects: &[Object], groups: &[(u16, u16)], kept: bool) {
             "a manufacturer-specific index is 2000h to 5FFFh",
         );
     });
-}
-
-/// Checks that a product with [`Kept`] has no stored parameters of the device profile: its sub-index 3 stores nothing.
-#[track_caller]
-const fn check_device_profile(objects: &[Object], parameters: &[Parameter]) {
-    each!(object in objects => {
-        if let Target::Parameter(id) = object.target
-            && let 0x6000..=0x9FFF = object.index
-        {
-            Mistake::Object(object.index, object.sub).unless(
-                matches!(
-                    at(parameters, id.0 as usize).persistence,
-                    Persistence::Volatile
-                ),
-                "a product with KEPT has no stored parameters of the device profile",
-            );
-        }
-    });
-}
-
-/// Checks the hidden parameters of a product with groups.
-#[track_caller]
-const fn check_kept(parameters: &[Parameter], kept: Kept, history: usize) {
-    check_hidden(parameters, kept.request, DataType::U8);
-    let mut place = 0;
-    while place < history {
-        let ParameterId(first) = kept.history;
-        check_hidden(
-            parameters,
-            ParameterId(first.wrapping_add(place as u8)),
-            DataType::U16,
-        );
-        place += 1;
-    }
-}
-
-#[track_caller]
-const fn check_hidden(parameters: &[Parameter], id: ParameterId, data_type: DataType) {
-    let parameter = parameter(parameters, id, "KEPT");
-    Mistake::Parameter(id.0 as usize, parameter.name).unless(
-        parameter.data_type as u8 == data_type as u8
-            && parameter.persistence as u8 == Persistence::OnSave as u8
-            && parameter.factory == 0
-            && matches!(parameter.permitted, Permitted::Any),
-        "a hidden parameter is stored on save, permits all numbers and has the factory value 0; the request has 8 bits, an error 16",
-    );
 }
 
 /// The parameter with this id, which an item of the product names.

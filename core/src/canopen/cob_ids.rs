@@ -7,8 +7,8 @@ use super::Abort;
 use super::cob_id;
 use super::dictionary::has_free_cob_ids;
 use super::pdo::{Tpdo, Tpdos};
-use super::product::{ParametersOf, Product};
-use super::protocol::{ContextOf, Services};
+use super::product::{ContextOf, ParametersOf, Product};
+use super::protocol::Services;
 use crate::can::CanId;
 use crate::param::ParameterId;
 

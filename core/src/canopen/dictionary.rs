@@ -51,7 +51,7 @@ pub enum Service {
     ErrorRegister,
     /// The number of errors in the history (1003h:00). Writing 0 clears the history.
     ErrorCount,
-    /// The errors, newest first (1003h:01 and following).
+    /// The errors, newest first (1003h:01 and following). An error that did not occur has no value (abort 0800 0024h).
     ErrorHistory,
     /// "save" stores all parameters (1010h:01).
     Store,
@@ -62,13 +62,14 @@ pub enum Service {
     /// "save" stores the group of parameters of the sub-index (1010h): 1 all, 2 communication profile, 3 device profile, 4 and following
     /// manufacturer-specific groups ([`GROUPS`](super::Product::GROUPS)).
     StoreGroup,
-    /// "load" restores the factory values of the same group (1011h). They act after a reset. With [`KEPT`](super::Product::KEPT), the next
-    /// start takes them; sub-index 1 then does not restore node-ID and bit rate, and sub-index 5 restores all parameters.
+    /// "load" restores the factory values of the same group (1011h). They act after a reset.
     RestoreGroup,
+    /// The errors, newest first (1003h:01 and following). An error that did not occur reads 0.
+    ErrorHistoryOrZero,
 }
 
 impl Service {
-    pub(super) const ALL: [Self; 8] = [
+    pub(super) const ALL: [Self; 9] = [
         Self::ErrorRegister,
         Self::ErrorCount,
         Self::ErrorHistory,
@@ -77,6 +78,7 @@ impl Service {
         Self::SerialNumber,
         Self::StoreGroup,
         Self::RestoreGroup,
+        Self::ErrorHistoryOrZero,
     ];
 }
 
@@ -112,6 +114,8 @@ pub enum Use {
     Data,
     /// A number whose write starts something.
     Command(Command),
+    /// The same as this service, with rules of the product.
+    Service(Service),
 }
 
 /// A command, for documents and tools.
@@ -220,6 +224,30 @@ impl Object {
             target: Target::Own(Use::Command(command)),
             ..self
         }
+    }
+
+    /// The same in place of this service.
+    pub const fn in_place_of(self, service: Service) -> Self {
+        Self {
+            target: Target::Own(Use::Service(service)),
+            ..self
+        }
+    }
+
+    /// The service that it is, or in place of which it is; None if it is another object.
+    pub const fn service(&self) -> Option<Service> {
+        match self.target {
+            Target::Service(service) | Target::Own(Use::Service(service)) => Some(service),
+            _ => None,
+        }
+    }
+
+    /// Whether it has the errors (1003h:01 and following).
+    pub(super) const fn is_history(&self) -> bool {
+        matches!(
+            self.target,
+            Target::Service(Service::ErrorHistory | Service::ErrorHistoryOrZero)
+        )
     }
 
     /// Its type. A parameter or a value has the type of its description.

@@ -184,7 +184,7 @@ const GENERIC: u8 = 1 << 0;
 /// The maximum number of queued emergency messages. When the queue is full, the oldest is dropped; the history keeps its error.
 const WAITING: usize = 8;
 
-/// The history of errors (1003h).
+/// The history of errors (1003h). Bits 0 to 15 of an error are its code, bits 16 to 23 the status byte.
 pub trait History: Send + 'static {
     /// The history before the first error.
     const EMPTY: Self;
@@ -397,10 +397,9 @@ impl<H: History> Emergency<H> {
         }
     }
 
-    /// Replaces the history by these errors, the oldest first.
-    pub fn recall(&mut self, errors: impl Iterator<Item = u32>) {
-        self.history.clear();
-        errors.for_each(|error| self.history.push(error));
+    /// The history.
+    pub fn history_mut(&mut self) -> &mut H {
+        &mut self.history
     }
 
     /// The active faults, as bits of the status byte.
@@ -423,7 +422,7 @@ impl<H: History> Emergency<H> {
         self.history.count() as u32
     }
 
-    /// The error at `sub` (1 is the newest): bits 0 to 15 error code, bits 16 to 23 status byte. 0 if there is none.
+    /// The error at `sub` (1 is the newest); 0 if there is none.
     pub fn entry(&self, sub: u8) -> u32 {
         let place = usize::from(sub).checked_sub(1);
         place.and_then(|place| self.history.get(place)).unwrap_or(0)

@@ -4,8 +4,8 @@
 use super::Abort;
 use super::feature::Feature;
 use super::nmt::State;
-use super::product::{ParametersOf, Product};
-use super::protocol::{Canopen, ContextOf, Services};
+use super::product::{ContextOf, ParametersOf, Product};
+use super::protocol::{Canopen, Services};
 use super::sdo::block;
 use super::sdo::message::{self, Address, Request};
 use crate::application::Values;

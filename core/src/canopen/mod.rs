@@ -8,7 +8,7 @@
 //!   301.
 //! - [`nmt`]: states and commands; [`sdo`]: the server; [`pdo`]: transmit PDOs; [`emcy`]: errors; guarding and the heartbeat;
 //!   [`mod@lss`]: layer setting services.
-//! - [`feature`]: services that only some products have; [`own`]: own objects of a product.
+//! - [`feature`]: services that only some products have; [`own`]: own objects of a product, and its rules for stored parameters.
 //! - [`Product`]: the description of a product.
 //! - [`Canopen`]: the protocol, which consists of these services; [`CanopenNode`]: a node with this protocol.
 
@@ -21,12 +21,12 @@ pub mod consumer;
 pub mod dictionary;
 pub mod emcy;
 pub mod feature;
-mod groups;
 mod guarding;
 mod hosted;
 mod lookup;
 pub mod lss;
 mod mapping;
+mod monitoring;
 pub mod nmt;
 mod objects;
 pub mod own;
@@ -51,8 +51,8 @@ pub use consumer::{Consumers, Heartbeats};
 pub use dictionary::Object;
 pub use feature::{Absent, Initial, Present};
 pub use lss::{Lss, LssTable};
-pub use own::{Own, Scope, Then};
+pub use own::{Own, Scope, Taken, Then};
 pub use pdo::{DynamicTpdos, Tpdo, TpdoArray, Tpdos, Triggers};
-pub use product::{ErrorHistory, Kept, LedTable, Product};
+pub use product::{ErrorHistory, LedTable, Product};
 pub use protocol::{Canopen, CanopenNode};
 pub use sdo::Block;

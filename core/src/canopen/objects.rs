@@ -9,10 +9,10 @@ use super::lss::UNCONFIGURED;
 use super::mapping::is_mapping;
 use super::own::{Own, Read, Scope, Then};
 use super::pdo::{MAPPED, Tpdo, Tpdos};
-use super::product::{ParametersOf, Product};
-use super::protocol::{ContextOf, Services};
+use super::product::{ContextOf, ParametersOf, Product};
+use super::protocol::Services;
 use super::row::{Kind, Row};
-use super::saved::{LOAD, SAVE};
+use super::saved::{End, LOAD, SAVE};
 use super::saving::What;
 use super::sdo::message::Address;
 use super::sdo::{Buffer, Objects, Written};
@@ -42,8 +42,7 @@ impl<P: Product> Objects for View<'_, P> {
             return Err(Abort::WriteOnly);
         }
         // CiA 301 has no value for an error that did not occur.
-        if P::KEPT.is_some()
-            && row.service() == Some(Service::ErrorHistory)
+        if row.service() == Some(Service::ErrorHistory)
             && row.kind() == Kind::Service
             && u32::from(sub) > self.services.emergency.count()
         {
@@ -140,7 +139,7 @@ impl<P: Product> Services<P> {
         match row.service() {
             Some(Service::ErrorRegister) => self.emergency.register().into(),
             Some(Service::ErrorCount) => self.emergency.count(),
-            Some(Service::ErrorHistory) => {
+            Some(Service::ErrorHistory | Service::ErrorHistoryOrZero) => {
                 let [low, high, status, _] = self.emergency.entry(sub).to_le_bytes();
                 u32::from_le_bytes([low, high, P::additional(status), 0])
             }
@@ -247,11 +246,6 @@ impl<P: Product> Services<P> {
             return self.write_own(cx, now, place, data);
         }
         let service = row.service().ok_or(Abort::ReadOnly)?;
-        if P::KEPT.is_some()
-            && let Some(result) = self.write_group(cx, service, row.address().sub, number(data))
-        {
-            return result;
-        }
         // All others are stored at once.
         if cx.is_saving() && service != Service::ErrorCount {
             return Err(Abort::DeviceState);
@@ -272,7 +266,7 @@ impl<P: Product> Services<P> {
     }
 
     /// The functions of the own object at this place.
-    fn own(place: u8) -> Option<&'static Own<P::Application, P::State, P::Text>> {
+    fn own(place: u8) -> Option<&'static Own<P>> {
         P::OWN.get(usize::from(place))
     }
 
@@ -303,7 +297,12 @@ impl<P: Product> Services<P> {
         match write.ok_or(Abort::ReadOnly)?(&mut self.scope(cx), data)? {
             Then::Reply => {}
             Then::Save => {
-                self.save_own(place);
+                let has_end = Self::own(place).is_some_and(|own| own.stored.is_some());
+                self.saved.end = if has_end {
+                    End::Own(place)
+                } else {
+                    End::Nothing
+                };
                 return Ok(Written::Storing);
             }
             Then::Reset => self.prepare_reset(now),
@@ -317,16 +316,17 @@ impl<P: Product> Services<P> {
 
     /// Tells an own object that the save that it has begun has ended.
     pub(super) fn finish_own(&mut self, cx: &mut ContextOf<P>, place: u8, succeeded: bool) {
-        if let Some(own) = Self::own(place) {
-            (own.stored)(&mut self.scope(cx), succeeded);
+        if let Some(stored) = Self::own(place).and_then(|own| own.stored) {
+            stored(&mut self.scope(cx), succeeded);
         }
     }
 
-    fn scope<'a>(&'a mut self, cx: &'a mut ContextOf<P>) -> Scope<'a, P::Application, P::State> {
+    pub(super) fn scope<'a>(&'a mut self, cx: &'a mut ContextOf<P>) -> Scope<'a, P> {
         Scope {
             cx,
             state: &mut self.own,
             stored: &self.saved.parameters,
+            history: self.emergency.history_mut(),
         }
     }
 

@@ -1,56 +1,76 @@
-//! The functions of the own objects of a product: objects that neither CiA 301 nor a table of parameters describes.
+//! What a product adds to the standard: own objects, which neither CiA 301 nor a table of parameters describes, and rules for its stored
+//! parameters.
 //!
 //! The dictionary has the address, the type and the access of an own object ([`Object::own`](super::Object::own)).
 //! [`Product::OWN`](super::Product::OWN) has its functions, in the same order. State that is not a parameter is in
-//! [`Product::State`](super::Product::State).
+//! [`Product::State`](super::Product::State). [`Product::adapt`](super::Product::adapt) changes parameters that were taken from the
+//! memory, [`Product::settled`](super::Product::settled) can begin a save that no master has requested.
 
 use super::Abort;
-use crate::application::Application;
-use crate::node::Context;
-use crate::param::Parameters;
+use super::product::{ContextOf, ParametersOf, Product};
 
-/// The functions of an own object, for application `A`, state `S` of the product and texts `T`.
-pub struct Own<A: Application, S, T> {
+/// The functions of an own object of product `P`.
+pub struct Own<P: Product> {
     pub(super) index: u16,
     pub(super) sub: u8,
-    pub(super) read: Read<A, S, T>,
-    pub(super) write: Option<Write<A, S>>,
-    pub(super) stored: Stored<A, S>,
+    pub(super) read: Read<P>,
+    pub(super) write: Option<Write<P>>,
+    pub(super) stored: Option<Stored<P>>,
 }
 
 /// Returns the contents of an own object.
-pub(super) enum Read<A: Application, S, T> {
+pub(super) enum Read<P: Product> {
     /// The object cannot be read.
     No,
-    Number(fn(&S, &Context<A>) -> u32),
-    Text(fn(&S, &Context<A>) -> T),
+    Number(Number<P>),
+    Text(Text<P>),
 }
+
+/// Returns the number in an own object.
+type Number<P> = fn(&<P as Product>::State, &ContextOf<P>) -> u32;
+
+/// Returns the text in an own object.
+type Text<P> = fn(&<P as Product>::State, &ContextOf<P>) -> <P as Product>::Text;
 
 /// Writes an own object. On an error, nothing has changed.
-type Write<A, S> = fn(&mut Scope<'_, A, S>, &[u8]) -> Result<Then, Abort>;
+type Write<P> = fn(&mut Scope<'_, P>, &[u8]) -> Result<Then, Abort>;
 
 /// Handles the end of a save that the object has begun. The argument is true if the save has succeeded.
-type Stored<A, S> = fn(&mut Scope<'_, A, S>, bool);
+type Stored<P> = fn(&mut Scope<'_, P>, bool);
 
-/// The data that a function of an own object can access.
-pub struct Scope<'a, A: Application, S> {
+/// The data that a function of the product can access.
+pub struct Scope<'a, P: Product> {
     /// Parameters, values and the protocol-neutral half of the node.
-    pub cx: &'a mut Context<A>,
+    pub cx: &'a mut ContextOf<P>,
     /// The state of the product.
-    pub state: &'a mut S,
+    pub state: &'a mut P::State,
     /// The parameters in the nonvolatile memory.
-    pub stored: &'a Parameters<A::Table>,
+    pub stored: &'a ParametersOf<P>,
+    /// The errors of 1003h.
+    pub history: &'a mut P::History,
 }
 
-impl<A: Application, S> Scope<'_, A, S> {
+impl<P: Product> Scope<'_, P> {
     /// Begins a save of these parameters. Refused while another save is running.
-    pub fn save(&mut self, parameters: Parameters<A::Table>) -> Result<Then, Abort> {
+    pub fn save(&mut self, parameters: ParametersOf<P>) -> Result<Then, Abort> {
         if self.cx.is_saving() {
             return Err(Abort::DeviceState);
         }
         self.cx.save(parameters);
         Ok(Then::Save)
     }
+}
+
+/// Parameters that were taken from the memory, and what a product can change with them.
+pub struct Taken<'a, P: Product> {
+    /// The parameters in RAM: all of them at a start, otherwise those of the communication profile were taken.
+    pub parameters: &'a mut ParametersOf<P>,
+    /// The state of the product.
+    pub state: &'a mut P::State,
+    /// The parameters in the nonvolatile memory.
+    pub stored: &'a ParametersOf<P>,
+    /// The errors of 1003h.
+    pub history: &'a mut P::History,
 }
 
 /// What follows a write of an own object.
@@ -66,9 +86,9 @@ pub enum Then {
     Restart,
 }
 
-impl<A: Application, S, T> Own<A, S, T> {
+impl<P: Product> Own<P> {
     /// A number that is read with this function. A signed number can have more bits than its type.
-    pub const fn number(index: u16, sub: u8, read: fn(&S, &Context<A>) -> u32) -> Self {
+    pub const fn number(index: u16, sub: u8, read: Number<P>) -> Self {
         Self {
             read: Read::Number(read),
             ..Self::plain(index, sub)
@@ -76,7 +96,7 @@ impl<A: Application, S, T> Own<A, S, T> {
     }
 
     /// A text that is read with this function.
-    pub const fn text(index: u16, sub: u8, read: fn(&S, &Context<A>) -> T) -> Self {
+    pub const fn text(index: u16, sub: u8, read: Text<P>) -> Self {
         Self {
             read: Read::Text(read),
             ..Self::plain(index, sub)
@@ -84,21 +104,25 @@ impl<A: Application, S, T> Own<A, S, T> {
     }
 
     /// An object that can only be written, with this function. The data has the size of the number, or is a text.
-    pub const fn command(index: u16, sub: u8, write: Write<A, S>) -> Self {
+    pub const fn command(index: u16, sub: u8, write: Write<P>) -> Self {
         Self::plain(index, sub).written(write)
     }
 
     /// The same, written with this function.
-    pub const fn written(self, write: Write<A, S>) -> Self {
+    pub const fn written(self, write: Write<P>) -> Self {
         Self {
             write: Some(write),
             ..self
         }
     }
 
-    /// The same with this function after a save.
-    pub const fn after_save(self, stored: Stored<A, S>) -> Self {
-        Self { stored, ..self }
+    /// The same with this function after a save that it has begun. The function may change parameters in RAM, so other parameters are
+    /// not written during the save.
+    pub const fn after_save(self, stored: Stored<P>) -> Self {
+        Self {
+            stored: Some(stored),
+            ..self
+        }
     }
 
     const fn plain(index: u16, sub: u8) -> Self {
@@ -107,7 +131,7 @@ impl<A: Application, S, T> Own<A, S, T> {
             sub,
             read: Read::No,
             write: None,
-            stored: |_, _| {},
+            stored: None,
         }
     }
 }

@@ -1,8 +1,8 @@
 //! The process data of a node: which TPDOs a SYNC or a remote frame sends, and their present data.
 
 use super::pdo::{OPERATIONAL, Reaction, Source, Tpdo, Tpdos};
-use super::product::Product;
-use super::protocol::{ContextOf, Services};
+use super::product::{ContextOf, Product};
+use super::protocol::Services;
 use super::wide::SIZE;
 use crate::application::Values;
 use crate::can::{CanId, Frame};

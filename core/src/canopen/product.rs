@@ -6,7 +6,7 @@ use super::emcy::{CIA_301, FaultBit, History};
 use super::feature::{Feature, Initial};
 use super::lss::{Lss, LssTable};
 use super::nmt::State;
-use super::own::Own;
+use super::own::{Own, Scope, Taken};
 use super::pdo::{Tpdos, Triggers};
 use super::profile;
 use super::row::Row;
@@ -14,7 +14,7 @@ use super::sdo::{Block, Buffer};
 use super::setting::TpdoSettings;
 use crate::application::Application;
 use crate::can::BitRate;
-use crate::node::{ErrorPatterns, Pattern};
+use crate::node::{Context, ErrorPatterns, Pattern};
 use crate::param::{ParameterId, Parameters};
 use crate::store::ImageId;
 
@@ -48,17 +48,11 @@ impl LedTable {
     };
 }
 
-/// The hidden stored parameters of a product with groups. Their factory values are 0.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub struct Kept {
-    /// The request of a restore, 8 bits.
-    pub request: ParameterId,
-    /// The first of the errors of the history, 16 bits each, the newest first. Their number is that of the history.
-    pub history: ParameterId,
-}
-
 /// A history of up to `N` errors.
 pub type ErrorHistory<const N: usize> = heapless::Deque<u32, N>;
+
+/// The part of the node of product `P` that the protocol can access.
+pub(super) type ContextOf<P> = Context<<P as Product>::Application>;
 
 /// The parameters of product `P`.
 pub(super) type ParametersOf<P> = Parameters<TableOf<P>>;
@@ -100,7 +94,7 @@ pub trait Product: Sized + Send + 'static {
     /// The object dictionary, sorted by index and sub-index.
     const OBJECTS: &'static [Object];
     /// The functions of its own objects, in the order of the dictionary.
-    const OWN: &'static [Own<Self::Application, Self::State, Self::Text>] = &[];
+    const OWN: &'static [Own<Self>] = &[];
     /// The status byte in the manufacturer-specific field of emergency messages, from bit 0 on.
     const FAULTS: [FaultBit; 8] = CIA_301;
     /// The LED patterns in each state, by default those of CiA 303-3.
@@ -127,8 +121,6 @@ pub trait Product: Sized + Send + 'static {
     /// The manufacturer-specific bit timing tables for LSS: a table selector from 128 on, and the bit rates by their indices. The table of
     /// CiA 305, selector 0, is always there. [`BIT_RATES`](Self::BIT_RATES) says which of them are permitted.
     const LSS_TABLES: &'static [LssTable] = &[];
-    /// The hidden parameters of a product with groups of stored parameters and a stored history.
-    const KEPT: Option<Kept> = None;
     /// The identification of the stored parameters of this product.
     const IMAGE: ImageId;
 
@@ -150,8 +142,15 @@ pub trait Product: Sized + Send + 'static {
         true
     }
 
-    /// Adapts parameters that were taken from the memory: all of them at a start, otherwise those of the communication profile.
-    fn adapt(state: &mut Self::State, parameters: &mut ParametersOf<Self>, starts: bool) {
-        let _ = (state, parameters, starts);
+    /// Adapts parameters that were taken from the memory: all of them at a start (power-up, reset node), otherwise those of the
+    /// communication profile (reset communication).
+    fn adapt(taken: Taken<'_, Self>, starts: bool) {
+        let _ = (taken, starts);
+    }
+
+    /// Begins a save that no master has requested ([`Scope::save`]), if the product has a reason. Called while no save is running: after
+    /// a start, after each reset and after each save.
+    fn settled(scope: &mut Scope<'_, Self>) {
+        let _ = scope;
     }
 }

@@ -300,6 +300,15 @@ pub const ERROR_REGISTER: Object = service(
 
 /// Pre-defined error field (1003h) with a history of `count` errors.
 pub const fn error_history(count: u8) -> [Object; 2] {
+    errors(count, Service::ErrorHistory)
+}
+
+/// The same. An error that did not occur reads 0 in place of an abort.
+pub const fn error_history_or_zero(count: u8) -> [Object; 2] {
+    errors(count, Service::ErrorHistoryOrZero)
+}
+
+const fn errors(count: u8, history: Service) -> [Object; 2] {
     [
         Object {
             group: "Pre-defined error field",
@@ -314,14 +323,7 @@ pub const fn error_history(count: u8) -> [Object; 2] {
         },
         Object {
             count,
-            ..service(
-                0x1003,
-                1,
-                "Error code",
-                DataType::U32,
-                Access::Ro,
-                Service::ErrorHistory,
-            )
+            ..service(0x1003, 1, "Error code", DataType::U32, Access::Ro, history)
         },
     ]
 }

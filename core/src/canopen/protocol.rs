@@ -7,7 +7,7 @@ use super::feature::{Feature, Initial};
 use super::guarding::Guarding;
 use super::nmt::State;
 use super::pdo::{Tpdo, Tpdos};
-use super::product::{ParametersOf, Product};
+use super::product::{ContextOf, ParametersOf, Product};
 use super::row::Row;
 use super::saved::Saved;
 use super::sdo::Server;
@@ -17,9 +17,6 @@ use crate::node::{BusChange, BusState, CanNode, Context, Patterns, Protocol, Res
 use crate::param::Setting;
 use crate::store::{ImageId, StoreError};
 use crate::time::{Deadline, Instant, Periodic};
-
-/// The part of the node of product `P` that the protocol can access.
-pub(super) type ContextOf<P> = Context<<P as Product>::Application>;
 
 /// A node of product `P` with the CANopen protocol.
 pub type CanopenNode<P> = CanNode<<P as Product>::Application, Canopen<P>>;
@@ -130,7 +127,6 @@ impl<P: Product> Restore for Canopen<P> {
         services.saved.parameters = *parameters;
         services.emergency.start(Services::<P>::FAULTS);
         services.begin(parameters);
-        P::adapt(&mut services.own, parameters, true);
         services.select_protocol(parameters);
         if damaged {
             services
@@ -171,7 +167,6 @@ impl<P: Product> Protocol<P::Application> for Canopen<P> {
 
     fn start(&mut self, cx: &mut ContextOf<P>, now: Instant) {
         self.reset_communication(cx, now);
-        self.services.use_up_request(cx);
     }
 
     fn receive(&mut self, cx: &mut ContextOf<P>, now: Instant, frame: &Frame) {

@@ -11,8 +11,8 @@
 //! communication profile after reset communication, the others after reset node, node-ID and bit rate after power-up.
 
 use super::dictionary::{Object, Service, Target};
-use super::product::{ParametersOf, Product};
-use super::protocol::{ContextOf, Services};
+use super::product::{ContextOf, ParametersOf, Product};
+use super::protocol::Services;
 use super::row::Kind;
 use super::sdo::Written;
 use crate::param::{ParameterSet, Parameters};
@@ -47,8 +47,8 @@ const fn has_groups(objects: &[Object]) -> bool {
 }
 
 impl<P: Product> Services<P> {
-    /// Whether the product has groups by ranges of indices, and no [other groups](Product::KEPT).
-    pub(super) const HAS_RANGES: bool = P::KEPT.is_none() && has_groups(P::OBJECTS);
+    /// Whether the product has groups of parameters.
+    pub(super) const HAS_RANGES: bool = has_groups(P::OBJECTS);
 
     /// Stores the present values of a group of parameters, while no other save is running.
     pub(super) fn store_range(&mut self, cx: &mut ContextOf<P>, sub: u8) -> Written {

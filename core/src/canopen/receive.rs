@@ -4,8 +4,8 @@ use super::cob_id;
 use super::nmt::{Command, State};
 use super::objects::View;
 use super::pdo::Tpdos;
-use super::product::Product;
-use super::protocol::{Canopen, ContextOf, Services, send, send_reply};
+use super::product::{ContextOf, Product};
+use super::protocol::{Canopen, Services, send, send_reply};
 use crate::can::{CanId, Frame};
 use crate::time::Instant;
 

@@ -5,9 +5,10 @@ use super::consumer::Consumers;
 use super::guarding::Guarding;
 use super::mapping::fixed_entry;
 use super::nmt::State;
+use super::own::Taken;
 use super::pdo::{Tpdo, Tpdos};
-use super::product::{ParametersOf, Product};
-use super::protocol::{Canopen, ContextOf, Services, send};
+use super::product::{ContextOf, ParametersOf, Product};
+use super::protocol::{Canopen, Services, send};
 use crate::can::CanId;
 use crate::param::ParameterRow;
 use crate::time::Instant;
@@ -30,6 +31,8 @@ impl<P: Product> Canopen<P> {
             parameters.copy(&cx.parameters, [P::NODE_ID, P::BIT_RATE]);
         }
         cx.parameters = parameters;
+        // The memory can have values that are not persistent, as they were at the save.
+        self.services.restore_communication(cx);
         cx.apply();
         // The history is cleared. Active faults are sent again after the boot-up message. Life guarding restarts, so its time-out
         // is not one of them.
@@ -41,7 +44,6 @@ impl<P: Product> Canopen<P> {
         }
         self.services.emergency.reset();
         self.services.begin(&mut cx.parameters);
-        P::adapt(&mut self.services.own, &mut cx.parameters, true);
         self.services.select_protocol(&cx.parameters);
         if was_off {
             self.services.readdress(cx);
@@ -49,7 +51,6 @@ impl<P: Product> Canopen<P> {
         self.services.reset_lss();
         self.reset_communication(cx, now);
         self.services.emergency.update(faults, faults);
-        self.services.use_up_request(cx);
     }
 
     /// Resets the communication: restarts it with its stored parameters, the node-ID and the bit rate.
@@ -102,10 +103,9 @@ impl<P: Product> Services<P> {
         let before = (self.node_id, self.rate);
         self.node_id = Self::pending_node_id(cx);
         self.rate = Self::pending_rate(cx);
-        if P::KEPT.is_none() || !self.saved.has_begun() {
+        if !self.saved.has_begun() {
             self.restore_communication(cx);
-            self.restore_requested(cx);
-            P::adapt(&mut self.own, &mut cx.parameters, false);
+            self.adapt(&mut cx.parameters, false);
         }
         cx.shell.clear_queue();
         self.state = State::PreOperational;
@@ -133,6 +133,24 @@ impl<P: Product> Services<P> {
         if changed {
             self.readdress(cx);
         }
+        self.settle(cx);
+    }
+
+    /// Takes parameters of the memory, as after power-up.
+    pub(super) fn begin(&mut self, parameters: &mut ParametersOf<P>) {
+        self.adapt(parameters, true);
+        self.saved.begin();
+    }
+
+    /// Lets the product adapt parameters that were taken from the memory.
+    fn adapt(&mut self, parameters: &mut ParametersOf<P>, starts: bool) {
+        let taken = Taken {
+            parameters,
+            state: &mut self.own,
+            stored: &self.saved.parameters,
+            history: self.emergency.history_mut(),
+        };
+        P::adapt(taken, starts);
     }
 
     /// Sends no more frames by itself.

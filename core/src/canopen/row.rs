@@ -200,7 +200,9 @@ pub(super) fn find(
 
 impl Row {
     const fn is_history(&self) -> bool {
-        matches!(self.kind(), Kind::Service) && self.target == Service::ErrorHistory as u32
+        matches!(self.kind(), Kind::Service)
+            && (self.target == Service::ErrorHistory as u32
+                || self.target == Service::ErrorHistoryOrZero as u32)
     }
 }
 
@@ -287,7 +289,7 @@ const fn check(object: &Object) {
         object.count >= 1 && object.sub as u32 + object.count as u32 <= 256,
         "there is no sub-index, or one above 255",
     );
-    let several = matches!(object.target, Target::Service(Service::ErrorHistory));
+    let several = object.is_history();
     mistake.unless(
         object.count == 1 || several,
         "only the error history has several sub-indices in one row",

@@ -7,26 +7,6 @@ pub(super) const SAVE: u32 = u32::from_le_bytes(*b"save");
 /// The signature "load" (1011h) as a little-endian number.
 pub(super) const LOAD: u32 = u32::from_le_bytes(*b"load");
 
-/// The state of a restart, for a product with groups.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Start {
-    /// The bits of the request that were used and must be cleared in memory.
-    pub used: u8,
-    /// The parameters in RAM are those of a start: the following reset of the communication does not restore them again.
-    pub begun: bool,
-    /// The reset in progress acts as power-up.
-    pub cold: bool,
-}
-
-impl Start {
-    /// The state before the start: no request is used, and the next reset does not act as power-up.
-    pub const INITIAL: Self = Self {
-        used: 0,
-        begun: false,
-        cold: false,
-    };
-}
-
 /// The changes in RAM at the end of a save.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) enum End {
@@ -43,8 +23,10 @@ pub(super) struct Saved<P: Product> {
     pub parameters: ParametersOf<P>,
     /// The end of the running save, or of the last one.
     pub end: End,
-    /// The restart and the request of a restore, for a product with groups.
-    pub start: Start,
+    /// The parameters in RAM are those of a start: the following reset of the communication does not restore them again.
+    begun: bool,
+    /// The reset in progress acts as power-up.
+    cold: bool,
 }
 
 impl<P: Product> Saved<P> {
@@ -57,21 +39,27 @@ impl<P: Product> Saved<P> {
     pub const INITIAL: Self = Self {
         parameters: ParametersOf::<P>::INITIAL,
         end: End::Nothing,
-        start: Start::INITIAL,
+        begun: false,
+        cold: false,
     };
 
     /// The next reset of the node acts as power-up.
     pub fn restart(&mut self) {
-        self.start.cold = true;
+        self.cold = true;
     }
 
     /// Returns true once if the reset of the node acts as power-up.
     pub fn restarts(&mut self) -> bool {
-        core::mem::take(&mut self.start.cold)
+        core::mem::take(&mut self.cold)
+    }
+
+    /// The parameters in RAM are those of a start.
+    pub fn begin(&mut self) {
+        self.begun = true;
     }
 
     /// Returns true once after a start.
     pub fn has_begun(&mut self) -> bool {
-        core::mem::take(&mut self.start.begun)
+        core::mem::take(&mut self.begun)
     }
 }

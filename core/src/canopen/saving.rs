@@ -1,8 +1,8 @@
 //! Stored parameters: saves all parameters, or some of them together with the values that are already stored.
 
 use super::dictionary::communication;
-use super::product::{ParametersOf, Product};
-use super::protocol::{ContextOf, Services};
+use super::product::{ContextOf, ParametersOf, Product};
+use super::protocol::Services;
 use super::saved::End;
 use super::sdo::Written;
 use crate::param::{ParameterId, ParameterSet, Parameters};
@@ -52,11 +52,6 @@ impl<P: Product> Services<P> {
         Written::Storing
     }
 
-    /// The own object at this place has begun a save.
-    pub(super) fn save_own(&mut self, place: u8) {
-        self.saved.end = End::Own(place);
-    }
-
     /// Begins a save of the node-ID and the bit rate, while no other save is running. The other stored parameters keep their values.
     pub(super) fn save_configuration(&mut self, cx: &mut ContextOf<P>) {
         let mut parameters = self.saved.parameters;
@@ -92,6 +87,14 @@ impl<P: Product> Services<P> {
         cx.apply();
         let fault = if succeeded { 0 } else { Self::MEMORY };
         self.emergency.update(Self::MEMORY, fault);
-        self.use_up_request(cx);
+        self.settle(cx);
+    }
+
+    /// Lets the product begin a save, unless one is running: after a start, after each reset and after each save.
+    pub(super) fn settle(&mut self, cx: &mut ContextOf<P>) {
+        if !cx.is_saving() {
+            self.saved.end = End::Nothing;
+            P::settled(&mut self.scope(cx));
+        }
     }
 }

@@ -13,7 +13,8 @@
 mod access;
 mod allocation;
 mod connection;
-mod consistency;
+#[doc(hidden)]
+pub mod consistency;
 mod duplicate_check;
 mod exchange;
 mod explicit;

@@ -12,8 +12,6 @@ use super::table::{Assembly, Object, Source};
 use crate::param::{Parameter, ParameterId, Quantity, ValueId};
 use crate::walk::{each, put};
 
-pub use super::consistency::check;
-
 /// The most words of an assembly: they fit into a frame.
 pub(super) const WORDS: usize = 4;
 

@@ -1,10 +1,10 @@
 //! A product with CANopen without mistakes. The tests replace one text of this file and compile it.
 
 use plumbline::canopen::dictionary::Service;
-use plumbline::canopen::{Absent, ErrorHistory, Kept, Object, Product, Text, TpdoArray, profile};
+use plumbline::canopen::{Absent, ErrorHistory, Object, Product, Text, TpdoArray, profile};
 use plumbline::prelude::*;
 
-plumbline::ids! { pub ParameterId: NODE_ID, BIT_RATE, LIMIT, TPDO(4), REQUEST, HISTORY[2] }
+plumbline::ids! { pub ParameterId: NODE_ID, BIT_RATE, LIMIT, TPDO(4) }
 plumbline::ids! { pub ValueId: SLOPE, RATE }
 
 pub struct Mast;
@@ -17,11 +17,6 @@ impl Table for Mast {
             Parameter::new(LIMIT, "Limit", DataType::U8).within(1, 100, 50),
         ],
         profile::tpdo_communication(TPDO, 0x180),
-        [
-            Parameter::new(REQUEST, "Request", DataType::U8),
-            Parameter::new(HISTORY[0], "Error 1", DataType::U16),
-            Parameter::new(HISTORY[1], "Error 2", DataType::U16),
-        ],
     ];
     plumbline::project!(parameters);
 }
@@ -77,10 +72,7 @@ impl Product for Mast {
             Object::value(0x6011, 0, RATE),
         ],
     ];
-    const KEPT: Option<Kept> = Some(Kept {
-        request: REQUEST,
-        history: HISTORY[0],
-    });
+    const GROUPS: &'static [(u16, u16)] = &[(0x2000, 0x5FFF)];
     const NODE_ID: ParameterId = NODE_ID;
     const BIT_RATE: ParameterId = BIT_RATE;
     const IMAGE: ImageId = ImageId::new(0x7001);

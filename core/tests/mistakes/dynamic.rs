@@ -104,7 +104,7 @@ impl Product for Mast {
             Object::value(0x6210, 0, SAMPLES),
         ],
     ];
-    const OWN: &'static [Own<Slope, (), Text<NAME>>] = &[
+    const OWN: &'static [Own<Self>] = &[
         Own::number(0x2300, 0, |_, _| 1),
         Own::command(0x2301, 0, |_, _| Ok(plumbline::canopen::Then::Reply)),
     ];

@@ -175,9 +175,13 @@ impl<'a> Described<'a> {
                 None
             }
             // The device makes it on command.
-            Target::Service(Service::StoreGroup | Service::RestoreGroup) => Some(1),
+            Target::Service(service) | Target::Own(Use::Service(service))
+                if matches!(service, Service::StoreGroup | Service::RestoreGroup) =>
+            {
+                Some(1)
+            }
             // There is no error yet, and no save is running.
-            Target::Service(_) | Target::Own(Use::Command(_)) => Some(0),
+            Target::Service(_) | Target::Own(_) => Some(0),
             Target::Parameter(_)
             | Target::CobId(_)
             | Target::FreeCobId(_)
@@ -249,7 +253,7 @@ fn assigned(ranges: &Ranges) -> Option<(i64, i64)> {
 /// The values that can be written to a service, as text, and the limits.
 fn service(target: Target) -> (&'static str, Option<(i64, i64)>) {
     let service = match target {
-        Target::Service(service) => service,
+        Target::Service(service) | Target::Own(Use::Service(service)) => service,
         Target::Own(Use::Command(command)) => return (command.numbers, Some(command.limits)),
         _ => return ("", None),
     };
@@ -257,7 +261,10 @@ fn service(target: Target) -> (&'static str, Option<(i64, i64)>) {
         Service::ErrorCount => ("0 clears", None),
         Service::Store | Service::StoreGroup => ("\"save\"", None),
         Service::RestoreCommunication | Service::RestoreGroup => ("\"load\"", None),
-        Service::ErrorRegister | Service::ErrorHistory | Service::SerialNumber => ("", None),
+        Service::ErrorRegister
+        | Service::ErrorHistory
+        | Service::ErrorHistoryOrZero
+        | Service::SerialNumber => ("", None),
     }
 }
 

@@ -129,6 +129,13 @@ fn segment(source: &mut impl Source, size: u8) -> [u8; 8] {
 
 /// A number, mostly a permitted one.
 fn number(object: &Object, product: &Product, source: &mut impl Source) -> u32 {
+    match object.service() {
+        Some(Service::Store | Service::StoreGroup) => return u32::from_le_bytes(*b"save"),
+        Some(Service::RestoreCommunication | Service::RestoreGroup) => {
+            return u32::from_le_bytes(*b"load");
+        }
+        _ => {}
+    }
     match object.target {
         Target::Parameter(_) if (0x1A00..0x1C00).contains(&object.index) => {
             mapping(object, product, source)
@@ -146,10 +153,6 @@ fn number(object: &Object, product: &Product, source: &mut impl Source) -> u32 {
         }
         Target::Parameter(id) | Target::Command(id, _) => {
             value(&product.parameters[usize::from(id.0)], source)
-        }
-        Target::Service(Service::Store | Service::StoreGroup) => u32::from_le_bytes(*b"save"),
-        Target::Service(Service::RestoreCommunication | Service::RestoreGroup) => {
-            u32::from_le_bytes(*b"load")
         }
         Target::Service(_) | Target::Own(_) => source.number() % 2,
         _ => source.number() % 300,

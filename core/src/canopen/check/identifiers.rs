@@ -1,8 +1,9 @@
 //! Checks of node-ID, bit rate and COB-IDs.
 
-use super::{Mistake, Object, Parameter, ParameterId, Permitted, Target, UNCONFIGURED, parameter};
+use super::{Mistake, Object, Parameter, ParameterId, Target, UNCONFIGURED, parameter};
 use crate::can::BitRate;
 use crate::canopen::cob_id;
+use crate::param::Permitted;
 use crate::walk::{at, each};
 
 /// Checks the default COB-IDs.

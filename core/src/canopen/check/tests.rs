@@ -5,6 +5,7 @@ use super::*;
 use crate::can::BitRate;
 use crate::canopen::pdo::TpdoArray;
 use crate::canopen::profile::{self, constant, entry, highest, mapping, read_only, text, tpdo};
+use crate::param::Permitted;
 use crate::param::ValueId;
 use std::vec::Vec;
 
@@ -372,40 +373,4 @@ fn range_with_a_number_without_a_bit_rate_is_refused() {
 #[should_panic = "permits numbers without a bit rate"]
 fn bit_rate_that_permits_all_numbers_is_refused() {
     check_bit_rate_with(Permitted::Any);
-}
-
-/// Checks the hidden parameters of a product with two errors, whose table ends with `last`.
-fn check_kept_with(last: &[Parameter]) {
-    let mut parameters = vec![
-        Parameter::new(ParameterId(0), "request", DataType::U8),
-        Parameter::new(ParameterId(1), "error 1", DataType::U16),
-    ];
-    parameters.extend(last);
-    let kept = Kept {
-        request: ParameterId(0),
-        history: ParameterId(1),
-    };
-    check_kept(&parameters, kept, 2);
-}
-
-const SECOND_ERROR: Parameter = Parameter::new(ParameterId(2), "error 2", DataType::U16);
-
-#[test]
-fn hidden_parameters_of_all_errors_are_accepted() {
-    check_kept_with(&[SECOND_ERROR]);
-}
-
-#[test]
-#[should_panic = "KEPT: the table has no parameter 2"]
-fn history_beyond_the_table_is_refused() {
-    check_kept_with(&[]);
-}
-
-#[test]
-#[should_panic = "parameter 2 \"error 2\": a hidden parameter is stored on save"]
-fn hidden_parameter_that_is_not_stored_is_refused() {
-    check_kept_with(&[Parameter {
-        persistence: Persistence::Volatile,
-        ..SECOND_ERROR
-    }]);
 }

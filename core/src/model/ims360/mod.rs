@@ -6,6 +6,7 @@
 #![doc = include_str!("README.md")]
 
 mod application;
+mod groups;
 mod j1939;
 mod measuring;
 mod objects;
@@ -22,7 +23,7 @@ use crate::can::BitRate;
 use crate::canopen::dictionary::Object;
 use crate::canopen::emcy::{self, Cause, FaultBit, fault};
 use crate::canopen::nmt;
-use crate::canopen::{self, Block, DynamicTpdos, Kept, Lss, Present, Triggers};
+use crate::canopen::{self, Block, DynamicTpdos, Lss, Present, Scope, Taken, Triggers};
 use crate::model::dual::DualNode;
 use crate::model::listing::{self, Adjustment, Article, Guide, Written};
 use crate::param::{ParameterId, Parameters};
@@ -88,10 +89,10 @@ impl canopen::Product for Ims360Product {
     type Consumers = canopen::Absent;
     type Block = Present<Block>;
 
-    type State = variant::State;
+    type State = own::State;
 
     const OBJECTS: &'static [Object] = objects::OBJECTS;
-    const OWN: &'static [own::Functions] = &own::FUNCTIONS;
+    const OWN: &'static [canopen::Own<Self>] = &own::FUNCTIONS;
     /// The emergency codes of table 8 that last.
     const FAULTS: [FaultBit; 8] = [
         fault(
@@ -153,10 +154,6 @@ impl canopen::Product for Ims360Product {
     const RECOVERS: Option<fn(&Parameters<Self>) -> bool> = Some(parameters::recovers);
     const HOSTED: Option<fn(&Parameters<Self>) -> bool> =
         Some(|parameters| parameters.get(parameters::SELECTOR.0) != parameters::SELECTOR.1);
-    const KEPT: Option<Kept> = Some(Kept {
-        request: id::RESTORE_REQUEST,
-        history: id::HISTORY,
-    });
     const IMAGE: ImageId = ImageId::new(0x3600);
     crate::project!(objects);
 
@@ -169,7 +166,12 @@ impl canopen::Product for Ims360Product {
         !matches!(index, 0x1005 | 0x1014) || state == nmt::State::PreOperational
     }
 
-    fn adapt(state: &mut variant::State, parameters: &mut Parameters<Self>, starts: bool) {
-        variant::adapt(state, parameters, starts);
+    fn adapt(mut taken: Taken<'_, Self>, starts: bool) {
+        groups::take_factory_values(&mut taken, starts);
+        variant::adapt(&mut taken.state.variant, taken.parameters, starts);
+    }
+
+    fn settled(scope: &mut Scope<'_, Self>) {
+        groups::use_up_request(scope);
     }
 }

@@ -3,7 +3,7 @@
 use super::application::value;
 use super::parameters::id;
 use crate::canopen::dictionary::{Access, Command, Object, Service, Starts};
-use crate::canopen::profile::{self, constant, highest, service};
+use crate::canopen::profile::{self, constant, highest};
 use crate::param::{DataType, ParameterId, ValueId};
 
 const fn parameter(index: u16, sub: u8, id: ParameterId) -> Object {
@@ -31,26 +31,12 @@ const fn vector(index: u16, group: &'static str, ids: [ValueId; 3]) -> [Object; 
 
 /// 1010h: one command for each group of parameters.
 const fn store(sub: u8, name: &'static str) -> Object {
-    service(
-        0x1010,
-        sub,
-        name,
-        DataType::U32,
-        Access::Rw,
-        Service::StoreGroup,
-    )
+    Object::own(0x1010, sub, name, DataType::U32, Access::Rw).in_place_of(Service::StoreGroup)
 }
 
 /// 1011h: one command for each group of parameters.
 const fn restore(sub: u8, name: &'static str) -> Object {
-    service(
-        0x1011,
-        sub,
-        name,
-        DataType::U32,
-        Access::Rw,
-        Service::RestoreGroup,
-    )
+    Object::own(0x1011, sub, name, DataType::U32, Access::Rw).in_place_of(Service::RestoreGroup)
 }
 
 /// A status byte without a meaning (3000h:02 to :05).

@@ -1,13 +1,11 @@
 //! The functions of the own objects of the IMS360.
 
 use super::application::Ims360Application;
-use super::parameters;
-use super::variant::State;
+use super::{Ims360Product, groups, parameters, variant};
 use crate::application::{Faults, Values};
-use crate::canopen::{Abort, Own, Scope, Text, Then};
+use crate::canopen::{Abort, Initial, Own, Scope, Then};
 use crate::j1939::name::identity_number;
 use crate::node::Context;
-use crate::store::unit::NAME;
 use crate::text::decimal;
 
 /// Status byte ST0 (3000h:01): the sensor has two axes.
@@ -19,11 +17,30 @@ const FACTORY: u32 = 1 << 2;
 
 type Node = Context<Ims360Application>;
 
-/// The functions of an own object.
-pub(super) type Functions = Own<Ims360Application, State, Text<NAME>>;
+/// The state that is not a parameter.
+pub struct State {
+    pub(super) variant: variant::State,
+    pub(super) restore: groups::State,
+}
+
+impl Initial for State {
+    const INITIAL: Self = Self {
+        variant: variant::State::INITIAL,
+        restore: groups::State::INITIAL,
+    };
+}
 
 /// In the order of the object dictionary.
-pub(super) const FUNCTIONS: [Functions; 4] = [
+pub(super) const FUNCTIONS: [Own<Ims360Product>; 13] = [
+    groups::store::<1>(),
+    groups::store::<2>(),
+    groups::store::<3>(),
+    groups::store::<4>(),
+    groups::restore::<1>(),
+    groups::restore::<2>(),
+    groups::restore::<3>(),
+    groups::restore::<4>(),
+    groups::restore::<5>(),
     Own::text(0x2000, 1, |_, node| decimal(node.shell.serial())),
     Own::command(0x2010, 1, set_controller),
     Own::number(0x2106, 9, |_, node| identity_number(node.shell.serial())),
@@ -31,7 +48,7 @@ pub(super) const FUNCTIONS: [Functions; 4] = [
 ];
 
 /// Set controller (7.2.20): 1 restarts the sensor.
-fn set_controller(_: &mut Scope<Ims360Application, State>, data: &[u8]) -> Result<Then, Abort> {
+fn set_controller(_: &mut Scope<Ims360Product>, data: &[u8]) -> Result<Then, Abort> {
     match data {
         [1] => Ok(Then::Restart),
         _ => Err(Abort::Value),

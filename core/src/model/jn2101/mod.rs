@@ -84,7 +84,7 @@ impl canopen::Product for Jn2101Product {
     type State = own::State;
 
     const OBJECTS: &'static [Object] = objects::OBJECTS;
-    const OWN: &'static [own::Functions] = &own::FUNCTIONS;
+    const OWN: &'static [canopen::Own<Self>] = &own::FUNCTIONS;
     /// The emergency codes of 7.6.1 and 11.
     const FAULTS: [FaultBit; 8] = [
         fault("sensor", Cause::Application(Faults::SENSOR), 0x1000, 0),

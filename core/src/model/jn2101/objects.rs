@@ -89,7 +89,7 @@ const APPLICATION: [Object; 26] = [
 /// All objects, sorted: the communication profile (manual 7.6), then the others.
 pub(super) const OBJECTS: &[Object] = crate::objects![
     [profile::device_type(0x0004_019A), profile::ERROR_REGISTER],
-    profile::error_history(super::HISTORY as u8),
+    profile::error_history_or_zero(super::HISTORY as u8),
     [
         parameter(0x1005, id::SYNC_COB_ID),
         profile::text(0x1008, "Product designation", "JN2101"),

@@ -16,14 +16,11 @@ impl Initial for State {
     const INITIAL: Self = Self { restored: false };
 }
 
-type Scope<'a> = crate::canopen::Scope<'a, Jn2101Application, State>;
+type Scope<'a> = crate::canopen::Scope<'a, Jn2101Product>;
 type Values = Parameters<Jn2101Product>;
 
-/// The functions of an own object.
-pub(super) type Functions = Own<Jn2101Application, State, Text<NAME>>;
-
 /// In the order of the object dictionary.
-pub(super) const FUNCTIONS: [Functions; 3] = [
+pub(super) const FUNCTIONS: [Own<Jn2101Product>; 3] = [
     Own::number(0x2002, 0, |_, _| 0).written(reset),
     Own::number(0x207F, 0, |state: &State, _| state.restored.into())
         .written(restore)

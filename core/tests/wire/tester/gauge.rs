@@ -125,7 +125,7 @@ impl Product for GaugeProduct {
         (800, BitRate::K800),
         (1000, BitRate::M1),
     ];
-    const OWN: &'static [Own<Level, (), Self::Text>] = &[Own::text(0x2100, 0, read_text)
+    const OWN: &'static [Own<Self>] = &[Own::text(0x2100, 0, read_text)
         .written(write_text)
         .after_save(stored_text)];
     const IMAGE: ImageId = ImageId::new(0x7005);
@@ -138,7 +138,7 @@ fn read_text(_: &(), node: &Context<Level>) -> canopen::Text<TEXT> {
 }
 
 /// Stores the length of the text, which can be any one, and takes no other text.
-fn write_text(scope: &mut Scope<Level, ()>, bytes: &[u8]) -> Result<Then, Abort> {
+fn write_text(scope: &mut Scope<GaugeProduct>, bytes: &[u8]) -> Result<Then, Abort> {
     if bytes != text(bytes.len()) {
         return Err(Abort::Value);
     }
@@ -152,7 +152,7 @@ fn write_text(scope: &mut Scope<Level, ()>, bytes: &[u8]) -> Result<Then, Abort>
 }
 
 /// The length is in force when it is stored.
-fn stored_text(scope: &mut Scope<Level, ()>, succeeded: bool) {
+fn stored_text(scope: &mut Scope<GaugeProduct>, succeeded: bool) {
     if succeeded {
         scope.cx.parameters.copy(scope.stored, [LENGTH]);
     }

@@ -159,7 +159,7 @@ impl Product for Mapped {
     ];
     const NODE_ID: ParameterId = id::NODE_ID;
     const BIT_RATE: ParameterId = id::BIT_RATE;
-    const OWN: &'static [Own<Force, (), Text<0>>] = &[Own::number(0x3000, 0, status)];
+    const OWN: &'static [Own<Self>] = &[Own::number(0x3000, 0, status)];
     const IMAGE: ImageId = ImageId::new(0x7002);
     plumbline::project!(objects);
 

@@ -8,7 +8,7 @@ use crate::plan;
 use crate::resolve;
 use crate::session::Session;
 use crate::sheet::{Entry, Origin, parameters};
-use plumbline::canopen::dictionary::{Service, Target};
+use plumbline::canopen::dictionary::Service;
 use plumbline::model::catalog::{Product, Protocol};
 use plumbline::param::{DataType, ParameterId, Persistence};
 use serde_json::{Map, Value};
@@ -234,8 +234,8 @@ pub(super) fn is_saved_on_command(product: &Product) -> bool {
         Protocol::Fsc(_) => true,
         // A foreign device can have no command to store.
         Protocol::Canopen(tables) => tables.objects.iter().any(|object| {
-            let store = [Service::Store, Service::StoreGroup].map(Target::Service);
-            store.contains(&object.target)
+            let service = object.service();
+            matches!(service, Some(Service::Store | Service::StoreGroup))
         }),
         Protocol::Devicenet(_) => false,
     }

@@ -181,8 +181,7 @@ fn function(tables: &listing::fsc::Tables, operation: Operation) -> Result<Funct
 /// The addresses of the objects with some services, in the order of the dictionary.
 fn services(tables: &listing::canopen::Tables, is: impl Fn(Service) -> bool) -> Vec<(u16, u8)> {
     let objects = tables.objects.iter();
-    let objects = objects
-        .filter(|object| matches!(object.target, ObjectTarget::Service(service) if is(service)));
+    let objects = objects.filter(|object| object.service().is_some_and(&is));
     objects.map(|object| (object.index, object.sub)).collect()
 }
 

@@ -147,7 +147,7 @@ impl Builder {
                 Target::Constant(_)
                 | Target::NodeRelative(_)
                 | Target::Service(_)
-                | Target::Own(Use::Command(_)) => continue,
+                | Target::Own(Use::Command(_) | Use::Service(_)) => continue,
             };
             entry.readable = object.access != Access::Wo;
             entry.writable &= object.access.is_writable();
