@@ -16,34 +16,35 @@ use crate::time::{Deadline, Instant};
 impl<P: Product> Canopen<P> {
     /// Whether another protocol is on the bus.
     #[inline(always)] // without it, an answer of the IMS360 takes up to 22.4 us, the limit is 22 us
-    pub(crate) fn is_hosted(&self) -> bool {
+    pub fn is_hosted(&self) -> bool {
         self.services.is_hosted()
     }
 
     /// The bit rate in force.
-    pub(crate) fn rate(&self) -> BitRate {
+    pub fn rate(&self) -> BitRate {
         self.services.rate
     }
 
     /// Whether the parameter memory has a fault, and whether the controller is error passive.
-    pub(crate) fn own_faults(&self) -> (bool, bool) {
+    pub fn own_faults(&self) -> (bool, bool) {
         let active = self.services.emergency.active();
         let has = |bits| active & bits != 0;
         (has(Services::<P>::MEMORY), has(Services::<P>::PASSIVE))
     }
 
     /// Whether a request begins a transfer, also in a running one of another client.
-    pub(crate) fn begins_transfer(bytes: [u8; 8]) -> bool {
+    pub fn begins_transfer(bytes: [u8; 8]) -> bool {
         message::is_initiate(bytes) || P::Block::PRESENT && block::is_initiate(bytes)
     }
 
     /// Whether a request is an abort.
-    pub(crate) fn is_abort(bytes: [u8; 8]) -> bool {
+    pub fn is_abort(bytes: [u8; 8]) -> bool {
         matches!(Request::parse(bytes), Request::Abort(_))
     }
 
-    /// The answer to a request of a client that has no transfer, the same as in CANopen. An abort has none.
-    pub(crate) fn refusal(bytes: [u8; 8]) -> Option<[u8; 8]> {
+    /// The answer to a request of a client without a transfer, while another client can have one: the same as in CANopen. An abort has
+    /// none.
+    pub fn refusal(bytes: [u8; 8]) -> Option<[u8; 8]> {
         let address = match Request::parse(bytes) {
             Request::Abort(_) => return None,
             Request::Unsupported(address) if !P::Block::PRESENT || !block::is_command(bytes) => {
@@ -55,17 +56,18 @@ impl<P: Product> Canopen<P> {
     }
 
     /// Ends the transfer of a client without a message. A save continues.
-    pub(crate) fn end_transfer(&mut self) {
+    pub fn end_transfer(&mut self) {
         self.sdo.finish();
     }
 
     /// Ends all transfers without a message.
-    pub(crate) fn end_transfers(&mut self) {
+    pub fn end_transfers(&mut self) {
         self.sdo.end();
     }
 
-    /// Handles the end of a save. Returns the reply to the write that waited for it.
-    pub(crate) fn stored_hosted(
+    /// Handles the end of a save, in place of [`Protocol::stored`](crate::node::Protocol::stored). Returns the reply to the write that
+    /// waited for it.
+    pub fn stored_hosted(
         &mut self,
         cx: &mut ContextOf<P>,
         saved: &ParametersOf<P>,
@@ -75,30 +77,31 @@ impl<P: Product> Canopen<P> {
         self.sdo.stored(result.is_ok())
     }
 
-    /// Whether a block upload can go on.
-    pub(crate) fn is_streaming(&self) -> bool {
+    /// Whether a block upload can go on with its [next segment](Self::next_segment).
+    pub fn is_streaming(&self) -> bool {
         self.sdo.is_streaming()
     }
 
     /// The next segment of a block upload.
-    pub(crate) fn next_segment(&mut self, now: Instant) -> Option<[u8; 8]> {
+    pub fn next_segment(&mut self, now: Instant) -> Option<[u8; 8]> {
         self.sdo.next_segment(now)
     }
 
     /// Takes over the faults of the application, and aborts a transfer that has timed out. Returns the abort message.
-    pub(crate) fn tick_hosted(&mut self, cx: &mut ContextOf<P>, now: Instant) -> Option<[u8; 8]> {
+    pub fn tick_hosted(&mut self, cx: &mut ContextOf<P>, now: Instant) -> Option<[u8; 8]> {
         self.services.take_faults(cx.values.faults());
         while self.services.emergency.announce_next() {}
         self.sdo.poll(now)
     }
 
     /// Whether an object has requested a reset, and its delay has not ended.
-    pub(crate) fn is_resetting(&self) -> bool {
+    pub fn is_resetting(&self) -> bool {
         self.services.state == State::Initialising
     }
 
-    /// Resets the node if an object has requested it and the delay has ended. Returns true if so.
-    pub(crate) fn resets_hosted(&mut self, cx: &mut ContextOf<P>, now: Instant) -> bool {
+    /// Resets the node if an object has requested it and the delay has ended. Returns true if so. After it, another protocol can be on the
+    /// bus ([`is_hosted`](Self::is_hosted)).
+    pub fn resets_hosted(&mut self, cx: &mut ContextOf<P>, now: Instant) -> bool {
         let resets = self.services.resets(now);
         if resets {
             self.reset_node(cx, now);
@@ -107,7 +110,7 @@ impl<P: Product> Canopen<P> {
     }
 
     /// The time of the next [`tick_hosted`](Self::tick_hosted) or [`resets_hosted`](Self::resets_hosted).
-    pub(crate) fn deadline_hosted(&self) -> Deadline {
+    pub fn deadline_hosted(&self) -> Deadline {
         let mut earliest = self.sdo.deadline();
         if self.is_resetting() {
             earliest.consider(self.services.heartbeat.deadline());

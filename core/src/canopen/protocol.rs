@@ -22,6 +22,20 @@ use crate::time::{Deadline, Instant, Periodic};
 pub type CanopenNode<P> = CanNode<<P as Product>::Application, Canopen<P>>;
 
 /// The CANopen protocol for product `P`.
+///
+/// A node can have another protocol besides, whose messages transport the SDOs while [`Product::HOSTED`] says so. Such a node, the host,
+/// implements [`Protocol`] with the functions below and those of [`Protocol`] for `Canopen`, as
+/// [`CanopenOrJ1939`](crate::model::dual::CanopenOrJ1939) does:
+///
+/// | function of the host     | CANopen is on the bus                   | it is [hosted](Self::is_hosted)                            |
+/// |--------------------------|-----------------------------------------|------------------------------------------------------------|
+/// | `restored`, `start`      | the same function                       | the same function, then the other protocol goes online     |
+/// | `receive`                | [`route`](Self::route), then [`serve`](Self::serve) | [`serve`](Self::serve) with the identifier of the reply |
+/// | `tick`, first step       | the same function                       | [`resets_hosted`](Self::resets_hosted), [`tick_hosted`](Self::tick_hosted) |
+/// | `stored`                 | the same function                       | [`stored_hosted`](Self::stored_hosted)                      |
+/// | `bus_changed`            | the same function                       | the same function: it counts the faults                     |
+/// | `deadlines`              | the same function                       | [`deadline_hosted`](Self::deadline_hosted)                  |
+/// | `filters`, `published`   | the same function                       | those of the other protocol                                 |
 pub struct Canopen<P: Product> {
     pub(super) sdo: Server<&'static Row, P::Text, P::Block>,
     pub(super) services: Services<P>,

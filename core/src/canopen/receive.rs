@@ -12,12 +12,7 @@ use crate::time::Instant;
 impl<P: Product> Canopen<P> {
     /// Handles a received frame. If it is an SDO request, returns the identifier of the reply instead: [`serve`](Self::serve) must
     /// follow.
-    pub(crate) fn route(
-        &mut self,
-        cx: &mut ContextOf<P>,
-        now: Instant,
-        frame: &Frame,
-    ) -> Option<CanId> {
+    pub fn route(&mut self, cx: &mut ContextOf<P>, now: Instant, frame: &Frame) -> Option<CanId> {
         if self.layer_setting(cx, now, frame) {
             return None;
         }
@@ -46,13 +41,7 @@ impl<P: Product> Canopen<P> {
     }
 
     /// Handles an SDO request and queues the reply, if there is one now, with this identifier.
-    pub(crate) fn serve(
-        &mut self,
-        cx: &mut ContextOf<P>,
-        now: Instant,
-        frame: &Frame,
-        reply: CanId,
-    ) {
+    pub fn serve(&mut self, cx: &mut ContextOf<P>, now: Instant, frame: &Frame, reply: CanId) {
         let Some(bytes) = frame.eight_bytes() else {
             return;
         };

@@ -61,12 +61,7 @@ impl<P: Product> Fsc<P> {
     const LOAD: Row = P::CODES.row_of(Operation::Load);
 
     /// Takes the identifiers from the parameters. `damaged`: the stored record is damaged or not usable.
-    pub(super) fn restored(
-        &mut self,
-        article: &Article,
-        parameters: &ParametersOf<P>,
-        damaged: bool,
-    ) {
+    pub fn restored(&mut self, article: &Article, parameters: &ParametersOf<P>, damaged: bool) {
         let roles = &P::ROLES;
         let identifier = |id| CanId::from_bits(parameters.get(id));
         self.identity = Identity {

@@ -1,6 +1,7 @@
 //! Tests of the products at the CAN frame level: received and sent frames with their times, compared with the manuals.
 
 mod canopen;
+mod composed;
 mod devicenet;
 mod driver;
 mod fsc;
