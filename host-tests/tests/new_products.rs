@@ -158,6 +158,16 @@ fn new_product_in_the_tree_builds_and_changes_only_product_lists() {
         assert!(Path::new(&out).join(description).exists(), "{description}");
         copied.starts(name, &[]);
         let image = Path::new(TARGET).join(BOARD).join("release").join(name);
-        copied.starts(name, &["--elf", &image.display().to_string()]);
+        let image = image.display().to_string();
+        copied.starts(name, &["--elf", &image]);
+        // Its messages are those of its protocol, or made from its tables.
+        let cost = [
+            "run", "-q", "--bin", "cost", "--", "--model", name, "--quick", "--elf", &image,
+        ];
+        let figures = copied.cargo(&cost);
+        assert!(
+            figures.contains("end of SYNC to reply, worst case"),
+            "{figures}"
+        );
     }
 }

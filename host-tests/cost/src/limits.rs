@@ -58,7 +58,8 @@ pub fn exceeded(report: &Report) -> Vec<String> {
         complaints: Vec::new(),
     };
     let product = find(report.model);
-    if let Some((product, measured)) = product.zip(product.and_then(MeasuredProduct::of)) {
+    if let Some(product) = product {
+        let measured = MeasuredProduct::of(product);
         check.size(product);
         check.starts();
         check.answers(product, &measured);

@@ -76,7 +76,7 @@ fn run(options: &Options) -> Result<Vec<String>, Box<dyn Error>> {
     let products: Vec<MeasuredProduct> = match &options.model {
         Some(model) => {
             let product = products::of_model(model, options.nucleo);
-            vec![product.ok_or_else(|| format!("there are no messages to measure {model}"))?]
+            vec![product.ok_or_else(|| format!("{model} is not measured on this board"))?]
         }
         None => products::all(),
     };

@@ -1,5 +1,7 @@
-//! The measured products, the messages of their protocol (`messages`, `ims360`, `tiltix`).
+//! The measured products, and the messages of the scenario: written for a product (`messages`, `ims360`, `tiltix`), or made from its tables
+//! (`canopen`).
 
+mod canopen;
 mod ims360;
 mod messages;
 mod tiltix;
@@ -60,6 +62,17 @@ pub enum Step {
     Told(Message),
 }
 
+/// Messages with a reply of one frame each.
+const fn asked<const N: usize>(messages: [Message; N]) -> [Step; N] {
+    let mut steps = [Step::Asked(Message(0, &[])); N];
+    let mut place = 0;
+    while place < N {
+        steps[place] = Step::Asked(messages[place]);
+        place += 1;
+    }
+    steps
+}
+
 /// A request within a sequence, and the row that it fills.
 #[derive(Clone, Copy, Debug)]
 pub struct Service {
@@ -96,7 +109,7 @@ pub struct Protocol {
     /// The bit rate of the wire; 1 Mbit/s after the preparation.
     pub bus: BusRate,
     /// Messages after which a sensor with blank memory answers a synchronous message with one frame.
-    pub preparation: &'static [Message],
+    pub preparation: &'static [Step],
     /// Boot-up messages after each start.
     pub boot_up: usize,
     /// Messages without a reply after a start with saved parameters, so that the sensor answers the synchronous message.
@@ -119,28 +132,28 @@ pub struct Protocol {
     pub sync_code: usize,
     /// All filters of the product.
     pub filters: &'static [Filter],
-    /// Sets the filter with the longest computing time.
-    pub slowest_filter: Message,
+    /// Sets the filter with the longest computing time; None: the product has one filter.
+    pub slowest_filter: Option<Message>,
     /// All other requests of the protocol.
     pub others: &'static [Message],
     /// Requests that need other messages before and after them.
     pub services: &'static [Service],
     /// The messages of J1939, if the product has this protocol as well.
     pub j1939: Option<&'static J1939>,
-    /// Switches cyclic mode on; more than one message if it has settings.
+    /// Switches cyclic mode on; empty: the product has none.
     pub cyclic: &'static [Message],
-    /// Switches cyclic mode off again.
-    pub not_cyclic: Message,
+    /// Switches cyclic mode off.
+    pub not_cyclic: &'static [Message],
     /// Settings for a start at 1 Mbit/s, recovery from bus-off, and the activity during a save.
     pub set_up: &'static [Message],
-    /// Each of these messages saves the parameters. They are sent in turn.
+    /// Each of these messages saves the parameters. They are sent in turn. Empty: the product stores nothing.
     pub saves: &'static [Message],
     /// The time from the answer to the end of a save that begins later.
     pub saves_later: Duration,
     /// Loads the factory values of all parameters.
-    pub load: Message,
+    pub load: &'static [Message],
     /// Restarts the sensor; the boot-up messages follow.
-    pub restart: Message,
+    pub restart: &'static [Message],
 }
 
 /// A product that is measured.
@@ -164,6 +177,7 @@ pub struct MeasuredProduct {
 impl MeasuredProduct {
     /// A product that is measured with these messages, on the Blue Pill.
     pub fn with(product: &Product, protocol: &'static Protocol) -> Self {
+        let saves = !protocol.saves.is_empty();
         Self {
             label: product.name,
             board: Board::BluePill,
@@ -173,26 +187,33 @@ impl MeasuredProduct {
                 catalog::Protocol::Fsc(_) => {
                     product.heater.is_none() && product.quantities.len() == 2
                 }
-                catalog::Protocol::Canopen(_) => true,
+                catalog::Protocol::Canopen(_) => saves,
                 catalog::Protocol::Devicenet(_) => false,
             },
             set_point: product.heater.map(|heater| heater.set_point),
         }
     }
 
-    /// A product that understands the messages of one of the protocols here; None if there are none for it.
-    pub fn of(product: &Product) -> Option<Self> {
+    /// A product with the messages that are written for it, otherwise with those made from its tables.
+    pub fn of(product: &Product) -> Self {
         let protocol = match &product.protocol {
             catalog::Protocol::Fsc(_) => &FSC,
             catalog::Protocol::Devicenet(_) => &DEVICENET,
-            catalog::Protocol::Canopen(tables) => [&CANOPEN, &IMS360].into_iter().find(|own| {
-                let node_id = product.parameters[usize::from(tables.node_id.0)].factory;
-                let Message(id, _) = own.write;
-                let both = own.j1939.is_some() == tables.j1939.is_some();
-                both && id == 0x600 + node_id && own.slowest_filter.names(tables.objects)
-            })?,
+            catalog::Protocol::Canopen(tables) => {
+                let is_written = |own: &&'static Protocol| {
+                    let node_id = product.parameters[usize::from(tables.node_id.0)].factory;
+                    let Message(id, _) = own.write;
+                    let both = own.j1939.is_some() == tables.j1939.is_some();
+                    let filter = own.slowest_filter;
+                    both && id == 0x600 + node_id
+                        && filter.is_some_and(|message| message.names(tables.objects))
+                };
+                let mut written = [&CANOPEN, &IMS360].into_iter();
+                let found = written.find(is_written);
+                found.unwrap_or_else(|| canopen::messages(product, tables))
+            }
         };
-        Some(Self::with(product, protocol))
+        Self::with(product, protocol)
     }
 }
 
@@ -218,15 +239,12 @@ fn on_nucleo((label, name): (&'static str, &'static str)) -> Option<MeasuredProd
 /// products that are measured on the Nucleo follow.
 pub fn all() -> Vec<MeasuredProduct> {
     let on_nucleo = ON_NUCLEO.into_iter().filter_map(on_nucleo);
-    bases()
-        .filter_map(MeasuredProduct::of)
-        .chain(on_nucleo)
-        .collect()
+    bases().map(MeasuredProduct::of).chain(on_nucleo).collect()
 }
 
-/// The product of this name, if it is measured.
+/// The product of this name.
 pub fn find(name: &str) -> Option<MeasuredProduct> {
-    catalog::find(name).and_then(MeasuredProduct::of)
+    catalog::find(name).map(MeasuredProduct::of)
 }
 
 /// The product of this name on the Blue Pill, or on the Nucleo if it is measured there.

@@ -100,9 +100,7 @@ struct Scenario {
 impl Scenario {
     fn play(&mut self) -> Result<(), CostError> {
         self.rig.detect()?;
-        for message in self.protocol.preparation {
-            self.rig.request(*message)?;
-        }
+        self.steps(self.protocol.preparation)?;
         if !self.protocol.connection.is_empty() {
             // The sensor has restarted.
             self.rig.detect()?;
@@ -127,8 +125,15 @@ impl Scenario {
         if let Some(messages) = self.protocol.j1939 {
             return self.j1939(messages);
         }
-        self.rig.request(self.protocol.load)?;
-        self.rig.send(self.protocol.restart);
+        for message in self.protocol.load {
+            self.rig.request(*message)?;
+        }
+        if self.protocol.restart.is_empty() {
+            return Ok(());
+        }
+        for message in self.protocol.restart {
+            self.rig.send(*message);
+        }
         self.rig.run(millis(50));
         self.rig.detect()
     }
@@ -222,17 +227,25 @@ impl Scenario {
     }
 
     fn cyclic(&mut self) -> Result<(), CostError> {
+        if self.protocol.cyclic.is_empty() {
+            return Ok(());
+        }
         for message in self.protocol.cyclic {
             self.rig.request(*message)?;
         }
         self.rig
             .receive(10, millis(500), || "cyclic mode".to_owned())?;
-        self.rig.request(self.protocol.not_cyclic)?;
+        for message in self.protocol.not_cyclic {
+            self.rig.request(*message)?;
+        }
         Ok(())
     }
 
     /// Saves until a page must be erased.
     fn saves(&mut self) -> Result<(), CostError> {
+        if self.protocol.saves.is_empty() {
+            return Ok(());
+        }
         let before = self.rig.erased();
         for message in self.protocol.saves.iter().cycle().take(SAVES) {
             self.rig.request(*message)?;

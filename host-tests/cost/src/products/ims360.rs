@@ -1,7 +1,7 @@
 //! The messages of the scenario for the IMS360: CANopen with LSS, block transfer, dynamic mapping and the Kalman filter, and
 //! J1939.
 
-use super::{Filter, J1939, Message, Protocol, Service, Step};
+use super::{Filter, J1939, Message, Protocol, Service, Step, asked};
 use bench::BusRate;
 use plumbline::time::millis;
 
@@ -58,7 +58,7 @@ const VEHICLE: J1939 = J1939 {
 pub(in super::super) const IMS360: Protocol = Protocol {
     modules: &["plumbline::canopen::", "plumbline::j1939::"],
     bus: BusRate::Follow,
-    preparation: &[
+    preparation: &asked([
         // 1 Mbit/s.
         sdo(&[0x23, 0x01, 0x20, 0, 0x40, 0x42, 0x0F, 0]),
         // TPDO 1 every 100 ms, so that the start of the node has a reply.
@@ -83,7 +83,7 @@ pub(in super::super) const IMS360: Protocol = Protocol {
         // TPDO 1 with each SYNC.
         sdo(&[0x2F, 0x00, 0x18, 2, 1, 0, 0, 0]),
         sdo(&[0x2B, 0x00, 0x18, 5, 0, 0, 0, 0]),
-    ],
+    ]),
     boot_up: 1,
     // Operational.
     begin: &[Message(0x000, &[0x01, 0])],
@@ -133,7 +133,7 @@ pub(in super::super) const IMS360: Protocol = Protocol {
             load: "load_fusion",
         },
     ],
-    slowest_filter: KALMAN,
+    slowest_filter: Some(KALMAN),
     others: &[
         KALMAN,
         LOW_PASS,
@@ -183,11 +183,11 @@ pub(in super::super) const IMS360: Protocol = Protocol {
         sdo(&[0x2B, 0x00, 0x18, 5, 5, 0, 0, 0]),
         sdo(&[0x2F, 0x00, 0x18, 2, 254, 0, 0, 0]),
     ],
-    not_cyclic: sdo(&[0x2F, 0x00, 0x18, 2, 1, 0, 0, 0]),
+    not_cyclic: &[sdo(&[0x2F, 0x00, 0x18, 2, 1, 0, 0, 0])],
     // Recovery from bus-off.
     set_up: &[sdo(&[0x2F, 0x00, 0x31, 2, 1, 0, 0, 0])],
     saves: &[SAVE],
     saves_later: millis(0),
-    load: sdo(b"\x23\x11\x10\x01load"),
-    restart: sdo(&[0x2F, 0x10, 0x20, 1, 1, 0, 0, 0]),
+    load: &[sdo(b"\x23\x11\x10\x01load")],
+    restart: &[sdo(&[0x2F, 0x10, 0x20, 1, 1, 0, 0, 0])],
 };

@@ -1,6 +1,6 @@
 //! The messages of the scenario in each protocol.
 
-use super::{Filter, Message, Protocol};
+use super::{Filter, Message, Protocol, asked};
 use bench::BusRate;
 use plumbline::can::BitRate;
 use plumbline::time::millis;
@@ -55,7 +55,7 @@ pub(super) const FSC: Protocol = Protocol {
             load: "load_critically_damped",
         },
     ],
-    slowest_filter: BUTTERWORTH,
+    slowest_filter: Some(BUTTERWORTH),
     others: &[
         request(&[0x02]),
         request(&[0x03]),
@@ -85,12 +85,12 @@ pub(super) const FSC: Protocol = Protocol {
     services: &[],
     j1939: None,
     cyclic: &[request(&[0x25, 5, 0]), request(&[0x26, 1])],
-    not_cyclic: request(&[0x26, 0]),
+    not_cyclic: &[request(&[0x26, 0])],
     set_up: &[request(&[0x23, 9]), request(&[0x24, 1])],
     saves: &[request(&[0x50, b'S', b'A', b'V', b'E'])],
     saves_later: millis(0),
-    load: request(&[0x40, b'L', b'O', b'A', b'D']),
-    restart: request(&[0xFF, b'R', b'E', b'S', b'E', b'T']),
+    load: &[request(&[0x40, b'L', b'O', b'A', b'D'])],
+    restart: &[request(&[0xFF, b'R', b'E', b'S', b'E', b'T'])],
 };
 
 /// An SDO request to the factory node id of the JN2101.
@@ -112,7 +112,7 @@ const fn fir(settings: &'static [Message], load: &'static str) -> Filter {
 pub(super) const CANOPEN: Protocol = Protocol {
     modules: &["plumbline::canopen::"],
     bus: BusRate::Follow,
-    preparation: &[
+    preparation: &asked([
         // 1000 kbit/s.
         sdo(&[0x2B, 0x01, 0x20, 0, 0xE8, 0x03, 0, 0]),
         // Operational after each boot-up message.
@@ -123,7 +123,7 @@ pub(super) const CANOPEN: Protocol = Protocol {
         SAVE,
         // Reset node, after which both settings are in effect.
         Message(0x000, &[0x81, 0]),
-    ],
+    ]),
     boot_up: 1,
     begin: &[],
     online: millis(0),
@@ -147,7 +147,7 @@ pub(super) const CANOPEN: Protocol = Protocol {
         fir(&[sdo(&[0x2F, 0x43, 0x20, 0, 3, 0, 0, 0])], "load_fir_1"),
         fir(&[sdo(&[0x2F, 0x43, 0x20, 0, 4, 0, 0, 0])], "load_fir_half"),
     ],
-    slowest_filter: TEN_HERTZ,
+    slowest_filter: Some(TEN_HERTZ),
     others: &[
         sdo(&[0x40, 0x00, 0x10, 0, 0, 0, 0, 0]),
         sdo(&[0x40, 0x01, 0x10, 0, 0, 0, 0, 0]),
@@ -199,11 +199,11 @@ pub(super) const CANOPEN: Protocol = Protocol {
         sdo(&[0x2B, 0x00, 0x18, 5, 5, 0, 0, 0]),
         sdo(&[0x2F, 0x00, 0x18, 2, 254, 0, 0, 0]),
     ],
-    not_cyclic: sdo(&[0x2F, 0x00, 0x18, 2, 1, 0, 0, 0]),
+    not_cyclic: &[sdo(&[0x2F, 0x00, 0x18, 2, 1, 0, 0, 0])],
     // The self-test, which runs during the saves.
     set_up: &[sdo(&[0x2F, 0x04, 0x40, 1, 1, 0, 0, 0])],
     saves: &[SAVE],
     saves_later: millis(0),
-    load: sdo(b"\x23\x11\x10\x01load"),
-    restart: sdo(&[0x2F, 0x02, 0x20, 0, 1, 0, 0, 0]),
+    load: &[sdo(b"\x23\x11\x10\x01load")],
+    restart: &[sdo(&[0x2F, 0x02, 0x20, 0, 1, 0, 0, 0])],
 };

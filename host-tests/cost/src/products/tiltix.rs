@@ -1,6 +1,6 @@
 //! The messages of the scenario for the TILTIX: DeviceNet with explicit, poll and change-of-state connections at 500 kbit/s.
 
-use super::{Filter, Message, Protocol};
+use super::{Filter, Message, Protocol, asked};
 use bench::BusRate;
 use plumbline::time::millis;
 
@@ -23,11 +23,11 @@ const HOLD: Message = request(&[0x0A, 0x10, 0x65, 1, 0x85, 0xE8, 0x03]);
 pub(super) const DEVICENET: Protocol = Protocol {
     modules: &["plumbline::devicenet::"],
     bus: BusRate::Follow,
-    preparation: &[
+    preparation: &asked([
         // 500 kbit/s, then a reset.
         request(&[0x0A, 0x10, 3, 1, 2, 2]),
         request(&[0x0A, 0x05, 1, 1]),
-    ],
+    ]),
     boot_up: 1,
     begin: &[],
     online: millis(2200),
@@ -58,7 +58,7 @@ pub(super) const DEVICENET: Protocol = Protocol {
             load: "load_average",
         },
     ],
-    slowest_filter: AVERAGE_250,
+    slowest_filter: Some(AVERAGE_250),
     others: &[
         // Identity; the product name in fragments, of which two are acknowledged.
         request(&[0x0A, 0x0E, 1, 1, 4]),
@@ -95,7 +95,7 @@ pub(super) const DEVICENET: Protocol = Protocol {
         request(&[0x0A, 0x4B, 3, 1, 0x60, 0x0A]),
         request(&[0x0A, 0x10, 5, 4, 9, 5, 0]),
     ],
-    not_cyclic: request(&[0x0A, 0x4C, 3, 1, 0x20]),
+    not_cyclic: &[request(&[0x0A, 0x4C, 3, 1, 0x20])],
     // Recovery from bus-off.
     set_up: &[request(&[0x0A, 0x10, 3, 1, 3, 1])],
     saves: &[
@@ -104,6 +104,6 @@ pub(super) const DEVICENET: Protocol = Protocol {
     ],
     saves_later: millis(500),
     // Resets of type 1 and 0.
-    load: request(&[0x0A, 0x05, 1, 1, 1]),
-    restart: request(&[0x0A, 0x05, 1, 1]),
+    load: &[request(&[0x0A, 0x05, 1, 1, 1])],
+    restart: &[request(&[0x0A, 0x05, 1, 1])],
 };

@@ -39,7 +39,9 @@ impl Scenario {
     pub(in super::super) fn answers(&mut self) -> Result<(), CostError> {
         let protocol = self.protocol;
         // A reply waits for a sample that is being processed.
-        self.rig.request(protocol.slowest_filter)?;
+        if let Some(slowest) = protocol.slowest_filter {
+            self.rig.request(slowest)?;
+        }
         if let Some(set_point) = self.product.set_point
             && self.sweep == Phases::All
         {
