@@ -150,6 +150,7 @@ impl Sensor {
                         Protocol::Devicenet(tables) => {
                             devicenet::frame(source, tables, self.product, self.node_id)
                         }
+                        Protocol::J1939(_) => panic!("J1939 comes with CANopen"),
                     };
                     if let Some(known) = &mut self.j1939 {
                         known.receive(&frame);
@@ -263,6 +264,7 @@ impl Sensor {
                 let started = devicenet::check(&frame, tables, self.node_id);
                 self.node_id = started.unwrap_or(self.node_id);
             }
+            Protocol::J1939(_) => {}
         }
     }
 
@@ -327,6 +329,7 @@ impl Sensor {
                         Protocol::Fsc(_) => fsc::is_possible(readout),
                         Protocol::Canopen(tables) => canopen::is_possible(readout, tables),
                         Protocol::Devicenet(_) => devicenet::is_possible(readout),
+                        Protocol::J1939(_) => true,
                     };
                     assert!(possible, "{readout:?}");
                     self.find_protocol();

@@ -4,7 +4,7 @@
 //! - [`request`]: request and acknowledgement; [`transport`]: messages of more than eight bytes;
 //! - [`groups`]: the groups with process data, described by their [signals](signal); [`diagnostics`]: active trouble codes;
 //! - [`Product`]: the description of a product; [`J1939`]: these services together, also for a node with another protocol besides;
-//! - [`Standalone`]: the protocol of a node that has only J1939, a [`J1939Node`].
+//! - [`Standalone`]: the protocol of a node that has only J1939, a [`J1939Node`]. `core/examples/new_j1939_sensor.rs` is such a sensor.
 
 pub mod claim;
 mod consistency;

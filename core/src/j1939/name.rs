@@ -10,6 +10,8 @@
 //!
 //! AAC is arbitrary address capable. In a frame the least significant byte is first. The numerically lower NAME has priority.
 
+use crate::param::Setting;
+
 /// The NAME of a node, 64 bits.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
 pub struct Name(pub u64);
@@ -59,6 +61,21 @@ impl Name {
     pub const fn is_arbitrary(self) -> bool {
         self.0 & ARBITRARY != 0
     }
+}
+
+/// Constant fields of a NAME, in the order of [`Name::new`].
+pub const fn constants(fields: [u32; 8]) -> [Setting; 8] {
+    let [a, b, c, d, e, f, g, h] = fields;
+    [
+        Setting::Constant(a),
+        Setting::Constant(b),
+        Setting::Constant(c),
+        Setting::Constant(d),
+        Setting::Constant(e),
+        Setting::Constant(f),
+        Setting::Constant(g),
+        Setting::Constant(h),
+    ]
 }
 
 /// The identity number of a device: the low 21 bits of its serial number.

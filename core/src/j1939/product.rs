@@ -33,7 +33,8 @@ pub struct Sent<A: Application> {
     pub rate: Setting,
     /// The priority, 0 (highest) to 7.
     pub priority: Setting,
-    /// Returns the data of the message from the present values.
+    /// Returns the data of the message from the present values. Bits without a signal are 1. [`compose`](super::signal::compose) makes it
+    /// from the values of an inclination sensor; other signals are [`Contents::Own`](super::signal::Contents::Own).
     pub data: fn(&Context<A>) -> [u8; 8],
 }
 
@@ -52,7 +53,7 @@ pub trait Product: Sized + Send + 'static {
     const GROUPS: &'static [Group];
     /// The parameter with the preferred address, 0 to 253. Commanded Address writes it.
     const ADDRESS: ParameterId;
-    /// The fields of the NAME, as for [`Name::new`](super::name::Name::new).
+    /// The fields of the NAME, as for [`Name::new`](super::name::Name::new): parameters or [constants](super::name::constants).
     const NAME: [Setting; 8];
     /// The make in the identification.
     const MAKE: &'static str;

@@ -100,6 +100,15 @@ pub enum Contents {
         /// The unit of resolution and offset.
         unit: &'static str,
     },
+    /// A number of the product, which the function of the group composes; [`compose`] sends ones.
+    Own {
+        /// The value of one bit in `unit`, as a fraction.
+        resolution: (u64, u64),
+        /// The value of the number 0.
+        offset: i32,
+        /// The unit; empty without one.
+        unit: &'static str,
+    },
     /// The figure of merit of a value.
     Merit(Source),
     /// Whether a value is compensated for acceleration. Always 3, not available.
@@ -204,7 +213,9 @@ pub(super) const fn field(mistake: Mistake, signal: &Signal) -> Field {
         }
         Contents::Merit(source) => (Kind::Merit, source as u8, 0, 0),
         Contents::Latency => (Kind::Latency, 0, 0, 0),
-        Contents::Compensation | Contents::UnknownLatency => (Kind::Ones, 0, 0, 0),
+        Contents::Compensation | Contents::UnknownLatency | Contents::Own { .. } => {
+            (Kind::Ones, 0, 0, 0)
+        }
     };
     Field {
         scale,

@@ -1,6 +1,13 @@
 //! CANopen and J1939 in one node: a parameter selects one of them at a restart, and both have the same objects and application.
 //!
 //! In J1939, the group Proprietary A transports the SDOs of CANopen: one transfer at a time, of the client that has begun the last one.
+//!
+//! A product of another crate has, besides the tables of both protocols for one application:
+//!
+//! - a parameter that selects the protocol, and [`HOSTED`](canopen::Product::HOSTED), a function of it, which is true in J1939;
+//! - an own object whose write returns [`Then::Restart`](canopen::Then::Restart), or another way to a restart: the parameter acts then;
+//! - the type [`DualNode`], also for `firmware!`;
+//! - for a PC, [`Product::with_j1939`](super::listing::Product::with_j1939).
 
 use crate::can::{CanId, Filter, Frame};
 use crate::canopen::{self, Canopen};

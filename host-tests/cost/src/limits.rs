@@ -29,7 +29,7 @@ fn answers(product: &Product) -> (Messages, u64) {
     match product.protocol {
         Protocol::Fsc(_) => (Messages::All, 15_000),
         Protocol::Canopen(tables) if tables.j1939.is_some() => (Messages::All, 22_000),
-        Protocol::Canopen(_) => (Messages::All, 20_000),
+        Protocol::Canopen(_) | Protocol::J1939(_) => (Messages::All, 20_000),
         Protocol::Devicenet(_) => (Messages::Polls, 26_000),
     }
 }

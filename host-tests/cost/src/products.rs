@@ -1,8 +1,9 @@
 //! The measured products, and the messages of the scenario: written for a product (`messages`, `ims360`, `tiltix`), or made from its tables
-//! (`canopen`).
+//! (`canopen`, `j1939`).
 
 mod canopen;
 mod ims360;
+mod j1939;
 mod messages;
 mod tiltix;
 
@@ -188,7 +189,7 @@ impl MeasuredProduct {
                     product.heater.is_none() && product.quantities.len() == 2
                 }
                 catalog::Protocol::Canopen(_) => saves,
-                catalog::Protocol::Devicenet(_) => false,
+                catalog::Protocol::Devicenet(_) | catalog::Protocol::J1939(_) => false,
             },
             set_point: product.heater.map(|heater| heater.set_point),
         }
@@ -199,6 +200,7 @@ impl MeasuredProduct {
         let protocol = match &product.protocol {
             catalog::Protocol::Fsc(_) => &FSC,
             catalog::Protocol::Devicenet(_) => &DEVICENET,
+            catalog::Protocol::J1939(tables) => j1939::messages(product, tables),
             catalog::Protocol::Canopen(tables) => {
                 let is_written = |own: &&'static Protocol| {
                     let node_id = product.parameters[usize::from(tables.node_id.0)].factory;

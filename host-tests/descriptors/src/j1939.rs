@@ -9,10 +9,10 @@ mod network;
 use crate::dbc::checked;
 use network::{Layout, MESSAGES};
 use plumbline::j1939::diagnostics::PERIOD;
-use plumbline::j1939::identifier::{ACTIVE_CODES, GLOBAL, Identifier, Pgn};
+use plumbline::j1939::identifier::{ACTIVE_CODES, GLOBAL, Identifier, PROPRIETARY_A, Pgn};
 use plumbline::j1939::signal::{Contents, Group, Signal};
-use plumbline::model::catalog::Product;
-use plumbline::model::listing::canopen::J1939Tables;
+use plumbline::model::catalog::{Product, Protocol};
+use plumbline::model::listing::j1939::J1939Tables;
 use plumbline::param::Setting;
 use std::fmt::Write;
 
@@ -90,8 +90,12 @@ pub fn dbc(product: &Product, tables: &J1939Tables) -> String {
         source,
     );
     database.codes(id, tables);
+    // Without CANopen, Proprietary A has the messages of the maker.
+    let has_objects = !matches!(product.protocol, Protocol::J1939(_));
     for layout in MESSAGES {
-        database.layout(layout, source);
+        if has_objects || layout.pgn != PROPRIETARY_A {
+            database.layout(layout, source);
+        }
     }
     database.node(source, tables.name.map(factory));
     let Database {
@@ -297,7 +301,10 @@ fn signals(text: &mut String, group: &Group) {
         let (start, bits) = (signal.start, signal.bits);
         let highest = match signal.contents {
             // FAh in the most significant byte is the last valid value.
-            Contents::Value { .. } => offset + f64::from((0xFB << (bits - 8)) - 1) * factor,
+            Contents::Value { .. } | Contents::Own { .. } if bits >= 8 => {
+                offset + f64::from((0xFB << (bits - 8)) - 1) * factor
+            }
+            Contents::Own { .. } => offset + f64::from((1 << bits) - 1) * factor,
             Contents::Latency | Contents::UnknownLatency => 250.0 * factor,
             _ => 3.0,
         };
@@ -319,6 +326,11 @@ fn scale(signal: &Signal) -> (f64, f64, &'static str) {
             offset,
             unit,
             ..
+        }
+        | Contents::Own {
+            resolution: (value, divisor),
+            offset,
+            unit,
         } => (value as f64 / divisor as f64, offset.into(), unit),
         Contents::Latency | Contents::UnknownLatency => (0.5, 0.0, "ms"),
         Contents::Merit(_) | Contents::Compensation => (1.0, 0.0, ""),
@@ -328,7 +340,7 @@ fn scale(signal: &Signal) -> (f64, f64, &'static str) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use plumbline::model::catalog::{Protocol, find};
+    use plumbline::model::catalog::find;
 
     #[test]
     fn database_has_identifier_signal_and_numbers_of_ssi2() {

@@ -25,7 +25,7 @@ pub struct File {
     pub text: String,
 }
 
-/// The description of a product: a CAN database (DBC), or an Electronic Data Sheet (EDS) for CANopen and DeviceNet.
+/// The description of a product: a CAN database (DBC) for FSC and J1939, or an Electronic Data Sheet (EDS) for CANopen and DeviceNet.
 pub fn describe(product: &Product) -> File {
     match &product.protocol {
         Protocol::Fsc(tables) => File {
@@ -36,6 +36,10 @@ pub fn describe(product: &Product) -> File {
         Protocol::Devicenet(tables) => File {
             name: format!("{}.eds", product.name),
             text: devicenet::eds(product, tables),
+        },
+        Protocol::J1939(tables) => File {
+            name: format!("{}.dbc", product.name),
+            text: j1939::dbc(product, &tables.j1939),
         },
     }
 }

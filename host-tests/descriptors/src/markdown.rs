@@ -8,7 +8,7 @@ use plumbline::can::CanId;
 use plumbline::canopen::dictionary::{Access, Target};
 use plumbline::devicenet::Source;
 use plumbline::model::catalog::{Product, Protocol};
-use plumbline::model::listing::{canopen, devicenet, fsc};
+use plumbline::model::listing::{canopen, devicenet, fsc, j1939};
 use plumbline::param::{DataType, Parameter, Persistence};
 use std::fmt::Write;
 
@@ -26,8 +26,21 @@ pub fn table(product: &Product) -> Table {
         Protocol::Fsc(tables) => ("parameters", parameters(product, tables)),
         Protocol::Canopen(tables) => ("objects", object_table(product, tables)),
         Protocol::Devicenet(tables) => ("attributes", attributes(product, tables)),
+        Protocol::J1939(tables) => ("groups", groups(product, tables)),
     };
     Table { title, text }
+}
+
+/// The groups of a product that speaks J1939 only as a Markdown table.
+fn groups(product: &Product, tables: &j1939::Tables) -> String {
+    let mut text = String::from("| group | PGN | rate in ms | priority |\n|---|---|---|---|\n");
+    let settings = (0..).map_while(tables.j1939.settings);
+    for (group, (rate, priority)) in tables.j1939.groups.iter().zip(settings) {
+        let [rate, priority] = [rate, priority].map(|own| own.factory(product.parameters));
+        let (name, pgn) = (group.name, group.pgn);
+        writeln!(text, "| {name} | {pgn} | {rate} | {priority} |").unwrap();
+    }
+    text
 }
 
 /// The device parameters of a product that speaks FSC as a Markdown table.

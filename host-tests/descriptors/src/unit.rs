@@ -14,7 +14,7 @@ use plumbline::store::{Name, Unit};
 pub fn with_unit(product: &Product, unit: &Unit) -> Product {
     let mut own = *product;
     match &mut own.protocol {
-        Protocol::Fsc(_) => {}
+        Protocol::Fsc(_) | Protocol::J1939(_) => {}
         Protocol::Canopen(tables) => {
             let objects = tables.objects.iter().map(|object| object_of(*object, unit));
             tables.objects = Vec::leak(objects.collect());

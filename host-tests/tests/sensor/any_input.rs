@@ -63,7 +63,7 @@ fn random_steps_of_each_product_neither_panic_nor_lose_parameters() {
         // resets itself without a restart.
         let restarted = match product.protocol {
             Protocol::Fsc(_) | Protocol::Devicenet(_) => restarts > 100,
-            Protocol::Canopen(_) => restarts == 0,
+            Protocol::Canopen(_) | Protocol::J1939(_) => restarts == 0,
         };
         assert!(
             restarted && power_cuts > 1000 && saves > 100 && sent > 10_000,

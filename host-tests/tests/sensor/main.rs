@@ -10,6 +10,7 @@ mod examples;
 mod fastscan;
 mod fusion;
 mod measure;
+mod own_j1939_sensor;
 mod plots;
 mod recipes;
 mod rise_time;

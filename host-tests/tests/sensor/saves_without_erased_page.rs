@@ -48,7 +48,7 @@ impl Bench {
                 |reply| reply.starts_with(&[0x60, 0x10, 0x10, 0x01]),
             ),
             // It has no request that saves; `devicenet_saves` counts its erases.
-            Protocol::Devicenet(_) => panic!("{name} saves after each change"),
+            Protocol::Devicenet(_) | Protocol::J1939(_) => panic!("{name} saves after each change"),
         };
         let mut bus = Bus::new(BusRate::Fixed(rate));
         let node_type = NodeType::find(name).expect("a product");

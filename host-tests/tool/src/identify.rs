@@ -10,7 +10,7 @@ use plumbline::can::{BitRate, Frame};
 use plumbline::canopen::dictionary::Target as ObjectTarget;
 use plumbline::fsc::Version;
 use plumbline::model::catalog::{PRODUCTS, Product, Protocol, find};
-use plumbline::model::listing::canopen::J1939Tables;
+use plumbline::model::listing::j1939::J1939Tables;
 use plumbline::param::number;
 use plumbline::time::{Duration, millis};
 
@@ -56,13 +56,15 @@ pub fn protocol_of(product: &Product) -> &'static str {
         Protocol::Fsc(_) => "fsc",
         Protocol::Canopen(_) => "canopen",
         Protocol::Devicenet(_) => "devicenet",
+        Protocol::J1939(_) => "j1939",
     }
 }
 
-/// The tables of J1939, if a product has it besides its protocol.
+/// The tables of J1939, if a product has it, also besides another protocol.
 pub fn j1939_of(product: &Product) -> Option<&J1939Tables> {
     match &product.protocol {
         Protocol::Canopen(tables) => tables.j1939.as_ref(),
+        Protocol::J1939(tables) => Some(&tables.j1939),
         Protocol::Fsc(_) | Protocol::Devicenet(_) => None,
     }
 }

@@ -101,6 +101,13 @@ fn rank(product: &Product, entry: &Entry) -> u8 {
         return 0;
     }
     let (rate, addresses) = match &product.protocol {
+        Protocol::J1939(tables) => {
+            return if id == tables.j1939.address {
+                LAST + 1
+            } else {
+                1
+            };
+        }
         Protocol::Fsc(tables) => {
             let roles = &tables.roles;
             (

@@ -1,16 +1,14 @@
 //! The catalogue entry of a CANopen product.
 
+use super::j1939::J1939Tables;
 use super::{Article, Product, Protocol};
 use crate::can::BitRate;
 use crate::canopen::dictionary::Object;
 use crate::canopen::emcy::FaultBit;
 use crate::canopen::{self, Canopen, CanopenNode, LedTable};
-use crate::j1939;
-use crate::j1939::diagnostics::Code;
-use crate::j1939::signal::Group;
 use crate::mistake::Mistake;
 use crate::model::dual::{Both, DualNode};
-use crate::param::{ParameterId, Setting};
+use crate::param::ParameterId;
 
 /// The tables of a product with the CANopen protocol.
 #[derive(Clone, Copy, Debug)]
@@ -51,23 +49,6 @@ pub struct Variant {
     pub mark: (ParameterId, u32),
     /// The factory values of the parameters that follow the variant.
     pub defaults: &'static [(ParameterId, u32)],
-}
-
-/// The tables of a product that also has the J1939 protocol.
-#[derive(Clone, Copy, Debug)]
-pub struct J1939Tables {
-    /// The parameter that selects the protocol, and its value for CANopen.
-    pub selector: Option<(ParameterId, u32)>,
-    /// The groups with process data.
-    pub groups: &'static [Group],
-    /// The transmission rate in ms and the priority of a group; None after the last one.
-    pub settings: fn(usize) -> Option<(Setting, Setting)>,
-    /// The parameter with the preferred address.
-    pub address: ParameterId,
-    /// The fields of the NAME, from the arbitrary address capable bit on.
-    pub name: [Setting; 8],
-    /// The diagnostic trouble codes that DM1 can contain.
-    pub troubles: &'static [Code],
 }
 
 impl Tables {
@@ -116,17 +97,7 @@ impl Product {
         article: Article,
         selector: (ParameterId, u32),
     ) -> Self {
-        let j1939 = J1939Tables {
-            selector: Some(selector),
-            groups: <P as j1939::Product>::GROUPS,
-            settings: |place| {
-                let sent = <P as j1939::Product>::SENT.get(place)?;
-                Some((sent.rate, sent.priority))
-            },
-            address: P::ADDRESS,
-            name: P::NAME,
-            troubles: P::TROUBLES,
-        };
+        let j1939 = J1939Tables::of::<P>(Some(selector));
         let protocol = Protocol::Canopen(Tables::of::<P>(article, Some(j1939)));
         let image = <P as canopen::Product>::IMAGE;
         Self {

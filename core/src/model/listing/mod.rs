@@ -7,6 +7,7 @@ pub mod canopen;
 pub mod devicenet;
 pub mod fsc;
 mod guide;
+pub mod j1939;
 #[cfg(not(target_os = "none"))]
 mod start;
 
@@ -127,6 +128,7 @@ impl Product {
             Protocol::Fsc(tables) => tables.article(place),
             Protocol::Canopen(tables) => tables.article(place),
             Protocol::Devicenet(tables) => tables.article(place),
+            Protocol::J1939(tables) => tables.article(place),
         })
     }
 
@@ -166,6 +168,8 @@ pub enum Protocol {
     Canopen(canopen::Tables),
     /// DeviceNet, as a Group 2 Only server.
     Devicenet(devicenet::Tables),
+    /// SAE J1939 without another protocol.
+    J1939(j1939::Tables),
 }
 
 /// The settings for the start of a node.

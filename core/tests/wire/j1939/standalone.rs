@@ -8,8 +8,8 @@
 use crate::tester::Tester;
 use plumbline::can::BitRate;
 use plumbline::j1939::diagnostics::Code;
-use plumbline::j1939::signal::{Contents, Group, Signal, Source};
-use plumbline::j1939::{Conditions, J1939Node, Product, Sent, Timer};
+use plumbline::j1939::signal::{Contents, Group, Signal};
+use plumbline::j1939::{Conditions, J1939Node, Product, Sent, Timer, name};
 use plumbline::measure::ONE_G;
 use plumbline::node::{Action, Boot, BusEvent, BusMode, BusState, Context};
 use plumbline::param::{Persistence, Setting};
@@ -83,8 +83,7 @@ impl Product for Mast {
             spn: 0,
             start: 0,
             bits: 16,
-            contents: Contents::Value {
-                source: Source::Pitch,
+            contents: Contents::Own {
                 resolution: (1, 1000),
                 offset: 0,
                 unit: "g",
@@ -92,16 +91,7 @@ impl Product for Mast {
         }],
     }];
     const ADDRESS: ParameterId = ADDRESS;
-    const NAME: [Setting; 8] = [
-        Setting::Constant(0),
-        Setting::Constant(2),
-        Setting::Constant(0),
-        Setting::Constant(0),
-        Setting::Constant(145),
-        Setting::Constant(0),
-        Setting::Constant(0),
-        Setting::Constant(2047),
-    ];
+    const NAME: [Setting; 8] = name::constants([0, 2, 0, 0, 145, 0, 0, 2047]);
     const MAKE: &'static str = "Own";
     const MODEL: &'static str = "Mast";
     const VERSION: &'static str = "1.0";

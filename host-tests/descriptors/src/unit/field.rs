@@ -57,6 +57,8 @@ const DEVICENET: [Field; 6] = [
     field("name", "attribute 7 of class 1", Kind::Text(None)),
 ];
 
+const J1939: [Field; 1] = [field("serial", "identity number of the NAME", ANY)];
+
 const FSC: [Field; 3] = [
     field("article", "code 03h", Kind::Article),
     field("revision", "code 03h", WORD),
@@ -68,6 +70,7 @@ pub fn fields(product: &Product) -> Vec<Field> {
     match &product.protocol {
         Protocol::Fsc(_) => FSC.to_vec(),
         Protocol::Devicenet(_) => DEVICENET.to_vec(),
+        Protocol::J1939(_) => J1939.to_vec(),
         Protocol::Canopen(tables) => {
             // In the identification of J1939 it ends a field.
             let excluded = tables.j1939.is_some().then_some('*');

@@ -12,7 +12,7 @@ use bench::scene::{Axes, Scene};
 use bench::{Bus, BusRate, Device, Flash, Geometry, NodeType};
 use plumbline::can::{BitRate, Frame};
 use plumbline::model::catalog::{Product, Protocol};
-use plumbline::model::listing::canopen::J1939Tables;
+use plumbline::model::listing::j1939::J1939Tables;
 use plumbline::time::{Duration, Instant, after, millis};
 use std::cell::RefCell;
 use std::rc::Rc;

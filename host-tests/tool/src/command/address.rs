@@ -94,7 +94,7 @@ pub(super) fn mac(session: &mut Session, new: u8, terminal: &mut Terminal) -> Re
 pub(super) fn moves(product: &Product, entry: &Entry) -> bool {
     match &product.protocol {
         Protocol::Devicenet(tables) => entry.origin == Origin::Parameter(tables.roles.mac_id),
-        Protocol::Fsc(_) | Protocol::Canopen(_) => false,
+        Protocol::Fsc(_) | Protocol::Canopen(_) | Protocol::J1939(_) => false,
     }
 }
 

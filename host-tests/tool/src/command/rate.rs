@@ -104,6 +104,10 @@ fn code(session: &Session, new: NewRate) -> Result<(Entry, u32), Failure> {
             let rates = (0..).zip(tables.roles.bit_rates.iter().copied().map(Some));
             (tables.roles.baud_rate, rates.collect())
         }
+        Protocol::J1939(_) => {
+            let message = "J1939 has no parameter with the bit rate";
+            return Err(Failure::usage("not-offered", message));
+        }
     };
     let entry = session.entry(id)?;
     // A product does not need to have all rates of its protocol.
@@ -172,6 +176,7 @@ fn next_target(session: &mut Session) -> Result<Target, Failure> {
         Protocol::Devicenet(tables) => Target::Devicenet(Slave {
             mac: value(tables.roles.mac_id)? as u8,
         }),
+        Protocol::J1939(tables) => Target::J1939(value(tables.j1939.address)? as u8),
     })
 }
 

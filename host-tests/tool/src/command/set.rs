@@ -213,6 +213,7 @@ pub(super) fn later(product: &Product, entry: &Entry) -> Option<&'static str> {
         }
         Protocol::Canopen(tables) => [tables.node_id, tables.bit_rate].contains(&id),
         Protocol::Devicenet(tables) => tables.roles.baud_rate == id,
+        Protocol::J1939(tables) => tables.j1939.address == id,
     };
     restarts.then_some("after the next restart")
 }
@@ -237,6 +238,6 @@ pub(super) fn is_saved_on_command(product: &Product) -> bool {
             let service = object.service();
             matches!(service, Some(Service::Store | Service::StoreGroup))
         }),
-        Protocol::Devicenet(_) => false,
+        Protocol::Devicenet(_) | Protocol::J1939(_) => false,
     }
 }

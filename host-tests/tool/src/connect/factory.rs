@@ -22,6 +22,7 @@ pub fn factory_target(product: &Product) -> Option<Target> {
         Protocol::Devicenet(tables) => Target::Devicenet(Slave {
             mac: factory(tables.roles.mac_id)? as u8,
         }),
+        Protocol::J1939(tables) => Target::J1939(factory(tables.j1939.address)? as u8),
     })
 }
 

@@ -24,7 +24,7 @@ pub fn sheet(text: &str, product: &Product) -> Result<Sheet, String> {
     let values = match (&product.protocol, is_devicenet) {
         (Protocol::Canopen(_), false) => canopen(text)?,
         (Protocol::Devicenet(_), true) => devicenet_values(text)?,
-        (Protocol::Fsc(_), _) => {
+        (Protocol::Fsc(_) | Protocol::J1939(_), _) => {
             return Err(format!(
                 "{name} has no data sheet: give a sheet of values with article, revision or serial"
             ));

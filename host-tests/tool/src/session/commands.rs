@@ -63,6 +63,7 @@ impl Session {
             Protocol::Devicenet(_) => {
                 return Ok("the sensor stores each change by itself within one second");
             }
+            Protocol::J1939(_) => return Err(no_command("stores its parameters")),
         }
         Ok("stored")
     }
@@ -73,7 +74,7 @@ impl Session {
             Protocol::Canopen(tables) => {
                 !services(tables, |service| service == Service::RestoreGroup).is_empty()
             }
-            Protocol::Fsc(_) | Protocol::Devicenet(_) => false,
+            Protocol::Fsc(_) | Protocol::Devicenet(_) | Protocol::J1939(_) => false,
         }
     }
 
@@ -108,6 +109,7 @@ impl Session {
                 self.reset(1)?;
                 Ok("the sensor restarts with factory values, including MAC ID and bit rate")
             }
+            Protocol::J1939(_) => Err(no_command("loads its factory values")),
         }
     }
 
@@ -176,6 +178,11 @@ fn function(tables: &listing::fsc::Tables, operation: Operation) -> Result<Funct
     let mut functions = tables.functions.iter();
     let function = functions.find(|function| function.operation == operation);
     function.copied().ok_or_else(|| unexpected("the function"))
+}
+
+/// J1939 has no such command; a product has its own ones.
+fn no_command(what: &str) -> Failure {
+    Failure::usage("not-offered", format!("J1939 has no command that {what}"))
 }
 
 /// The addresses of the objects with some services, in the order of the dictionary.

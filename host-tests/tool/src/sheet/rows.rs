@@ -22,6 +22,8 @@ pub(super) fn entries(product: &'static Product) -> Vec<Entry> {
         Protocol::Fsc(tables) => builder.fsc(tables),
         Protocol::Canopen(tables) => builder.canopen(tables),
         Protocol::Devicenet(tables) => builder.devicenet(tables),
+        // Its parameters have no addresses that a tool knows.
+        Protocol::J1939(_) => {}
     }
     named(builder.entries, |entry| {
         let Origin::Parameter(id) = entry.origin else {
