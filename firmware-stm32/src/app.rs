@@ -79,6 +79,7 @@ pub unsafe fn run<N: ProductNode, E: Element>(
             has_events: false,
             bit_time: None,
             ends_frame: false,
+            heating: 0,
         },
         sample_due: now,
         reading: None,
@@ -164,6 +165,8 @@ struct Hardware<N: ProductNode, E: Element + 'static> {
     bit_time: Option<BitTime>,
     /// True until the check whether the controller has missed this frame.
     ends_frame: bool,
+    /// The power of the heater in permille.
+    heating: u16,
 }
 
 impl<N: ProductNode, E: Element> Platform for Hardware<N, E> {
@@ -208,7 +211,10 @@ impl<N: ProductNode, E: Element> Platform for Hardware<N, E> {
             }
             Action::Leds(leds) => self.leds.show(leds),
             Action::Termination(on) => self.switches.terminate(on),
-            Action::Heater(permille) => self.switches.heat(permille),
+            Action::Heater(permille) => {
+                self.heating = permille;
+                self.switches.heat(permille);
+            }
             Action::SelfTest => self.element.test(),
             // The driver calls the methods below.
             Action::Save | Action::Restart => {}
@@ -304,6 +310,8 @@ impl<N: ProductNode, E: Element + 'static> App<N, E> {
             self.sample_due = after(now, SAMPLE_PERIOD);
         }
         self.hardware.bus.inspect(now);
+        // A disturbance can have changed the register.
+        self.hardware.switches.heat(self.hardware.heating);
         element.start(now);
         self.measure_supply();
         true

@@ -72,6 +72,29 @@ fn others() -> Vec<Bits> {
     }
 }
 
+/// The converter of the supply: CR1, CR2 without the bits that start something, SMPR1, SMPR2, SQR1, SQR3, and CCR.
+fn converter() -> Vec<Bits> {
+    match chip() {
+        Chip::F103 => vec![
+            (0x4001_2404, 0x00C0_FFFF),
+            (0x4001_2408, 0x001E_0903),
+            (0x4001_240C, 0x00FF_FFFF),
+            (0x4001_2410, 0x3FFF_FFFF),
+            (0x4001_242C, 0x00F0_0000),
+            (0x4001_2434, 0x1F),
+        ],
+        Chip::F446 => vec![
+            (0x4001_2004, 0x07C0_FFFF),
+            (0x4001_2008, 0x0F03),
+            (0x4001_200C, 0x07FF_FFFF),
+            (0x4001_2010, 0x3FFF_FFFF),
+            (0x4001_202C, 0x00F0_0000),
+            (0x4001_2034, 0x1F),
+            (0x4001_2304, 0x0003_0000),
+        ],
+    }
+}
+
 /// A sensor that runs, and answers polls.
 fn running() -> Rig {
     let mut rig = Rig::booted("is2tk", BitRate::M1);
@@ -143,4 +166,37 @@ pub fn disturbed_bits_of_the_can_controller_are_restored() {
 #[test]
 pub fn disturbed_bits_of_clocks_pins_and_timers_are_restored() {
     each_bit(&others());
+}
+
+#[test]
+pub fn disturbed_bits_of_the_converter_are_restored() {
+    let mut rig = Rig::with("jn2101", bench::BusRate::Fixed(BitRate::K125), blank());
+    rig.io().0.be_lenient();
+    rig.run(500);
+    for (address, bits) in converter() {
+        for bit in (0..32).filter(|bit| bits >> bit & 1 != 0) {
+            let Some(before) = invert(&mut rig, address, bit) else {
+                continue;
+            };
+            rig.run(10);
+            let cycle = rig.microcontroller().core().cycle();
+            let value = rig.io().0.read(cycle, address, Width::Word);
+            assert_eq!(value, Ok(before), "{address:#x}, bit {bit}");
+        }
+    }
+    std::mem::forget(rig);
+}
+
+#[test]
+pub fn disturbed_power_of_the_heater_is_restored() {
+    const TIM3_CCR3: u32 = 0x4000_043C;
+    let mut rig = running();
+    rig.run(500);
+    for bit in 5..10 {
+        let power = rig.microcontroller().heater();
+        invert(&mut rig, TIM3_CCR3, bit).expect("a register");
+        rig.run(10);
+        let now = rig.microcontroller().heater();
+        assert!(now.abs_diff(power) < 20, "bit {bit}: {power}, then {now}");
+    }
 }

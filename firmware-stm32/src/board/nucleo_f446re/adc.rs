@@ -17,6 +17,11 @@ pub fn start_adc() {
     // The clock runs after this write.
     cortex_m::asm::dsb();
     port_c.moder().modify(|_, w| w.moder0().analog());
+    // Off: a disturbance can have changed what the next writes do not.
+    adc.cr2().reset();
+    adc.cr1().reset();
+    adc.smpr2().reset();
+    adc.sqr1().reset();
     common.ccr().write(|w| w.adcpre().div4());
     adc.smpr1().write(|w| w.smp10().cycles480());
     // SAFETY: channel 10 is PC0.
@@ -26,10 +31,26 @@ pub fn start_adc() {
     delay(4);
 }
 
+/// True if the converter has its configuration, which a disturbance can change.
+fn is_set(adc: &pac::ADC1) -> bool {
+    // SAFETY: reads a register.
+    let common = unsafe { pac::ADC_COMMON::steal() };
+    adc.cr1().read().bits() == 0
+        && adc.cr2().read().bits() == 1
+        && adc.smpr1().read().bits() == 0b111
+        && adc.smpr2().read().bits() == 0
+        && adc.sqr1().read().bits() == 0
+        && adc.sqr3().read().bits() == 10
+        && common.ccr().read().bits() == 1 << 16
+}
+
 /// The result of the conversion that the last call has started, in mV at the supply; starts the next one, which takes 31 us.
 pub fn supply() -> Option<u16> {
     // SAFETY: the main loop is the only code that uses this register.
     let adc = unsafe { pac::ADC1::steal() };
+    if !is_set(&adc) {
+        start_adc();
+    }
     let ended = adc.sr().read().eoc().bit_is_set();
     let result = ended.then(|| supply_millivolts(adc.dr().read().data().bits()));
     adc.cr2().write(|w| w.adon().set_bit().swstart().set_bit());

@@ -71,7 +71,7 @@ impl Flash {
 
     /// Unlocks the control register and clears earlier errors, which would otherwise be reported for this operation.
     fn unlock(&mut self) {
-        // Each operation has locked it, so LOCK, which reads 0 in some clones, is not read.
+        // Each operation has locked it.
         // SAFETY: the two unlock keys of RM0390 in their order.
         self.0.keyr().write(|w| unsafe { w.bits(0x4567_0123) });
         // SAFETY: as above.

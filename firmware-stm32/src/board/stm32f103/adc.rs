@@ -14,6 +14,10 @@ pub fn start_adc() {
     // The clock runs after this write.
     cortex_m::asm::dsb();
     connect_supply();
+    // Off: otherwise a disturbed converter would start again with a conversion.
+    adc.cr2().reset();
+    adc.cr1().reset();
+    adc.sqr1().reset();
     // SAFETY: all values of these registers are valid: the longest time for all channels, and one channel.
     unsafe {
         adc.smpr1().write(|w| w.bits(LONGEST));
@@ -29,10 +33,23 @@ pub fn start_adc() {
     while adc.cr2().read().cal().bit_is_set() {}
 }
 
+/// True if the converter has its configuration, which a disturbance can change.
+fn is_set(adc: &pac::ADC1) -> bool {
+    adc.cr1().read().bits() == 0
+        && adc.cr2().read().bits() == 1
+        && adc.smpr1().read().bits() == LONGEST & 0x00FF_FFFF
+        && adc.smpr2().read().bits() == LONGEST
+        && adc.sqr1().read().bits() == 0
+        && adc.sqr3().read().bits() == SUPPLY_CHANNEL
+}
+
 /// The result of the conversion that the last call has started, in mV at the supply; starts the next one, which takes 24 us.
 pub fn supply() -> Option<u16> {
     // SAFETY: the main loop is the only code that uses this register.
     let adc = unsafe { pac::ADC1::steal() };
+    if !is_set(&adc) {
+        start_adc();
+    }
     let ended = adc.sr().read().eoc().bit_is_set();
     let result = ended.then(|| supply_millivolts(adc.dr().read().data().bits()));
     // Writing the value that the register has starts a conversion (RM0008, ADC_CR2.ADON).
