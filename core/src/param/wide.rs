@@ -3,7 +3,7 @@
 use super::row::Refused;
 use super::{DataType, Parameter, ParameterId, Permitted, is_nan_64};
 
-/// The limits of a parameter of 64 bits that does not permit all numbers, as [ordered](ordered) numbers.
+/// The limits of a parameter of 64 bits that does not permit all numbers, as ordered numbers.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct WideLimits {
     /// The parameter with the lower 32 bits.
