@@ -65,9 +65,9 @@ impl<const FRACTION: u32> MeanRate<FRACTION> {
 
     /// The mean since the last call. Call it after each output of the resampler. None if there was no value since the last call, and
     /// at the first call.
-    pub fn take<V: Component, const BITS: u32>(
+    pub fn take<V: Component<WEIGHTS>, const BITS: u32, const WEIGHTS: usize>(
         &mut self,
-        resampler: &Resampler<V, BITS>,
+        resampler: &Resampler<V, BITS, WEIGHTS>,
     ) -> Option<I32x3> {
         let after = resampler.since_output().wrapping_add(HALF);
         // The reciprocal of the sampling period, as a fraction of 2^32.

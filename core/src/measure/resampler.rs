@@ -1,25 +1,25 @@
 //! From the data rate of the accelerometer to the sampling rate of 200 Hz, without aliases.
 //!
 //! The oscillator of an accelerometer has an error of some per cent, so its data rate and [`SAMPLE_PERIOD`]
-//! have no fixed ratio. The resampler calculates the acceleration at the times of the 200 Hz samples from the last 20 values of
+//! have no fixed ratio. The resampler calculates the acceleration at the times of the 200 Hz samples from the last 20 or 24 values of
 //! the accelerometer, weighted by a low-pass response that is continuous in time. The response is stored at four points per value
 //! and interpolated between them. So the cut-off frequencies of the following filters do not depend on the oscillator, and
 //! vibration does not alias into their pass bands.
 //!
-//! The accelerometer states its data rate. The remaining error of up to 0.15 %, and slow changes of up to 2 %, are measured with the
+//! An accelerometer states its data rate, or a driver measures it ([`Resampler::adjust`]). The remaining error of up to 0.15 %, and slow changes of up to 2 %, are measured with the
 //! clock of the caller ([`Resampler::follow`]): some seconds after the start, an output is complete in the middle between two calls, so
 //! there is exactly one output between two calls.
 //!
-//! The weights are symmetric in time: the delay is ten values of the accelerometer, equal at all frequencies. The response is a
-//! minimax design (linear programming) for a data rate of 833 Hz with an error of the oscillator of up to 5 %:
+//! The weights are symmetric in time: the delay is half their number in values of the accelerometer, equal at all frequencies. The
+//! response is a minimax design (linear programming), one for 833 Hz and one for 1000 Hz, with an error of the oscillator of up to 5 %:
 //!
-//! | frequency | gain |
-//! |---|---|
-//! | constant | exactly 1 |
-//! | up to 25 Hz | within 0.03 dB |
-//! | 80 Hz | -3.8 to -5.5 dB |
-//! | from 160 Hz to 416 Hz | below -40 dB |
-//! | from 185 Hz to 416 Hz | below -60 dB |
+//! | frequency | gain with 20 weights, for 833 Hz | with 22 weights, for 1000 Hz |
+//! |---|---|---|
+//! | constant | exactly 1 | exactly 1 |
+//! | up to 25 Hz | within 0.03 dB | within 0.03 dB |
+//! | 80 Hz | -3.8 to -5.5 dB | -4.2 to -6.0 dB |
+//! | from 160 Hz to half of the rate | below -40 dB | below -40 dB |
+//! | from 185 Hz to half of the rate | below -60 dB | below -59 dB |
 //!
 //! ```
 //! use plumbline::measure::{I32x3, ONE_G, resampler::Resampler};
@@ -33,8 +33,11 @@
 
 use super::{I32x3, SAMPLE_PERIOD};
 
-/// The number of weighted values.
+/// The number of weighted values at 833 Hz.
 pub const TAPS: usize = 20;
+
+/// The number of weighted values at 1000 Hz.
+pub const TAPS_1000: usize = 24;
 
 /// The base-2 logarithm of the number of points of the response per value.
 const POINTS: u32 = 2;
@@ -49,6 +52,16 @@ static RESPONSE: [i16; (TAPS + 1) << POINTS] = [
     -16, 0, 0, 0,
 ];
 
+/// The response for 1000 Hz.
+static RESPONSE_1000: [i16; (TAPS_1000 + 1) << POINTS] = [
+    -35, -23, -45, -58, -80, -103, -130, -160, -193, -228, -265, -303, -338, -373, -403, -428,
+    -445, -452, -447, -428, -392, -338, -263, -167, -46, 97, 267, 460, 679, 920, 1185, 1468, 1769,
+    2083, 2409, 2740, 3074, 3404, 3728, 4038, 4333, 4604, 4851, 5065, 5248, 5392, 5498, 5561, 5583,
+    5561, 5498, 5392, 5248, 5065, 4851, 4604, 4333, 4038, 3728, 3404, 3074, 2740, 2409, 2083, 1769,
+    1468, 1185, 920, 679, 460, 267, 97, -46, -167, -263, -338, -392, -428, -447, -452, -445, -428,
+    -403, -373, -338, -303, -265, -228, -193, -160, -130, -103, -80, -58, -45, -23, -35, 0, 0, 0,
+];
+
 /// The base-2 logarithm of a period of the accelerometer, in the unit of the time.
 pub(crate) const PERIOD: u32 = 16;
 
@@ -61,40 +74,48 @@ const WEIGHT: u32 = 15 + POINT;
 /// The sampling rate in Hz.
 const SAMPLE_RATE: u32 = (1_000_000 / SAMPLE_PERIOD.ticks()) as u32;
 
-/// A component of a value of the accelerometer: `i16` or `i32`.
-pub trait Component: Copy + Into<i32> {
+/// A component of a value of the accelerometer, `i16` or `i32`, for a resampler with this number of weights.
+pub trait Component<const WEIGHTS: usize>: Copy + Into<i32> {
     /// The number 0 of this type.
     const ZERO: Self;
 
     /// The sum of the values, oldest first, multiplied by their weights. `ahead` is the time from the output to the newest value,
     /// less than one period.
-    fn weighted_sum(values: &[[Self; 3]; TAPS], ahead: u32) -> [i64; 3];
+    fn weighted_sum(values: &[[Self; 3]; WEIGHTS], ahead: u32) -> [i64; 3];
 }
 
 // Not generic, so that the functions are optimized as this crate, and not as the crate that uses them.
-impl Component for i16 {
+impl Component<TAPS> for i16 {
     const ZERO: Self = 0;
 
     fn weighted_sum(values: &[[Self; 3]; TAPS], ahead: u32) -> [i64; 3] {
-        weighted_sum(values, ahead)
+        weighted_sum(values, &RESPONSE, ahead)
     }
 }
 
-impl Component for i32 {
+impl Component<TAPS> for i32 {
     const ZERO: Self = 0;
 
     fn weighted_sum(values: &[[Self; 3]; TAPS], ahead: u32) -> [i64; 3] {
-        weighted_sum(values, ahead)
+        weighted_sum(values, &RESPONSE, ahead)
+    }
+}
+
+impl Component<TAPS_1000> for i32 {
+    const ZERO: Self = 0;
+
+    fn weighted_sum(values: &[[Self; 3]; TAPS_1000], ahead: u32) -> [i64; 3] {
+        weighted_sum(values, &RESPONSE_1000, ahead)
     }
 }
 
 /// The resampler for the three components of a vector. The outputs have `FRACTION` more fractional bits than the values: 14 at most
-/// for `i16`, 0 for `i32`.
+/// for `i16`, 0 for `i32`. `WEIGHTS` is [`TAPS`] for a data rate of 833 Hz, [`TAPS_1000`] for 1000 Hz.
 #[derive(Clone, Debug)]
-pub struct Resampler<V, const FRACTION: u32> {
+pub struct Resampler<V, const FRACTION: u32, const WEIGHTS: usize = TAPS> {
     /// The last values, the oldest first.
-    values: [[V; 3]; TAPS],
-    /// The number of values since the start, [`TAPS`] at most.
+    values: [[V; 3]; WEIGHTS],
+    /// The number of values since the start, `WEIGHTS` at most.
     filled: usize,
     /// The time from the next output to the newest value; negative before the output is due.
     ahead: i32,
@@ -106,11 +127,13 @@ pub struct Resampler<V, const FRACTION: u32> {
     drift: i32,
 }
 
-impl<V: Component, const FRACTION: u32> Resampler<V, FRACTION> {
+impl<V: Component<WEIGHTS>, const FRACTION: u32, const WEIGHTS: usize>
+    Resampler<V, FRACTION, WEIGHTS>
+{
     /// A resampler that is not started.
     pub const fn new() -> Self {
         Self {
-            values: [[V::ZERO; 3]; TAPS],
+            values: [[V::ZERO; 3]; WEIGHTS],
             filled: 0,
             ahead: 0,
             step: 0,
@@ -121,6 +144,12 @@ impl<V: Component, const FRACTION: u32> Resampler<V, FRACTION> {
 
     /// Starts without values, for an accelerometer with a data rate in mHz, 200000 to 1048575.
     pub fn start(&mut self, rate: u32) {
+        self.adjust(rate);
+        self.restart();
+    }
+
+    /// Changes the data rate, in mHz as for [`start`](Self::start), and keeps the values.
+    pub fn adjust(&mut self, rate: u32) {
         // Both sides of the fraction are divided by 16, so that the product fits into 32 bits.
         const SCALE: u32 = 1 << (PERIOD - 4);
         const UNIT: u32 = SAMPLE_RATE * 1000 / 16;
@@ -128,7 +157,6 @@ impl<V: Component, const FRACTION: u32> Resampler<V, FRACTION> {
         self.step = (rate.wrapping_mul(SCALE) / UNIT) as i32;
         self.correction = 0;
         self.drift = 0;
-        self.restart();
     }
 
     /// Starts again without values, at the same data rate: after values that were lost.
@@ -151,16 +179,16 @@ impl<V: Component, const FRACTION: u32> Resampler<V, FRACTION> {
     }
 
     /// Takes the next value of the accelerometer, within +-2^30. Returns an output if one is due; it can exceed the range of the
-    /// values by 20 %. The first output needs 20 values.
+    /// values by 20 %. The first output needs as many values as there are weights.
     pub fn push(&mut self, value: [V; 3]) -> Option<I32x3> {
         let mut newer = value;
         for place in self.values.iter_mut().rev() {
             // Not `swap`, which is a loop for six bytes in size-optimized code: 3 us more for each value.
             newer = core::mem::replace(place, newer);
         }
-        if self.filled < TAPS {
+        if self.filled < WEIGHTS {
             self.filled = self.filled.wrapping_add(1);
-            if self.filled < TAPS {
+            if self.filled < WEIGHTS {
                 return None;
             }
         }
@@ -196,9 +224,13 @@ impl<V: Component, const FRACTION: u32> Resampler<V, FRACTION> {
 }
 
 /// The sum of the weights is rounded. The oldest value gets the rest, so that a constant passes exactly.
-fn weighted_sum<V: Component>(values: &[[V; 3]; TAPS], ahead: u32) -> [i64; 3] {
+fn weighted_sum<V: Copy + Into<i32>, const WEIGHTS: usize>(
+    values: &[[V; 3]; WEIGHTS],
+    response: &[i16],
+    ahead: u32,
+) -> [i64; 3] {
     let first = (ahead >> POINT) as usize;
-    let points = RESPONSE.get(first..).unwrap_or_default();
+    let points = response.get(first..).unwrap_or_default();
     let fraction = (ahead & ((1 << POINT) - 1)) as i32;
     let (mut x, mut y, mut z) = (0, 0, 0);
     let mut rest = 1 << WEIGHT;
@@ -212,7 +244,10 @@ fn weighted_sum<V: Component>(values: &[[V; 3]; TAPS], ahead: u32) -> [i64; 3] {
         y = product(weight, vy).wrapping_add(y);
         z = product(weight, vz).wrapping_add(z);
     }
-    let [[vx, vy, vz], ..] = *values;
+    // There is an oldest value.
+    let Some(&[vx, vy, vz]) = values.first() else {
+        return [x, y, z];
+    };
     [
         product(rest, vx).wrapping_add(x),
         product(rest, vy).wrapping_add(y),
@@ -220,11 +255,13 @@ fn weighted_sum<V: Component>(values: &[[V; 3]; TAPS], ahead: u32) -> [i64; 3] {
     ]
 }
 
-fn product<V: Component>(weight: i32, value: V) -> i64 {
+fn product<V: Into<i32>>(weight: i32, value: V) -> i64 {
     i64::from(weight).wrapping_mul(i64::from(value.into()))
 }
 
-impl<V: Component, const FRACTION: u32> Default for Resampler<V, FRACTION> {
+impl<V: Component<WEIGHTS>, const FRACTION: u32, const WEIGHTS: usize> Default
+    for Resampler<V, FRACTION, WEIGHTS>
+{
     fn default() -> Self {
         Self::new()
     }

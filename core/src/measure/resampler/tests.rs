@@ -16,6 +16,9 @@ fn started(rate: u32) -> Resampler<i32, 0> {
     resampler
 }
 
+/// The data rates with the 24 weights for 1000 Hz.
+const RATES_1000: [u32; 3] = [950_000, 1_000_000, 1_048_575];
+
 const fn at_x(x: i32) -> [i32; 3] {
     [x, 0, 0]
 }
@@ -23,14 +26,27 @@ const fn at_x(x: i32) -> [i32; 3] {
 /// The outputs of `count` values of a signal in g, a function of the time in s, with their times. The time of an output is that
 /// of the values that it represents: its delay is subtracted.
 fn outputs(rate: u32, count: u32, signal: impl Fn(f64) -> f64) -> Vec<(f64, f64)> {
+    weighted_outputs::<TAPS>(rate, count, signal)
+}
+
+/// The same with this number of weights.
+fn weighted_outputs<const WEIGHTS: usize>(
+    rate: u32,
+    count: u32,
+    signal: impl Fn(f64) -> f64,
+) -> Vec<(f64, f64)>
+where
+    i32: Component<WEIGHTS>,
+{
     let period = 1000.0 / f64::from(rate);
-    let mut resampler = started(rate);
+    let mut resampler = Resampler::<i32, 0, WEIGHTS>::new();
+    resampler.start(rate);
     let mut outputs = Vec::new();
     for place in 0..count {
         let value = signal(f64::from(place) * period) * f64::from(ONE_G);
         if let Some(output) = resampler.push(at_x(value.round() as i32)) {
-            // The first output is at the time of value 19 without its delay of 10 values, and the next ones follow every 5 ms.
-            let time = outputs.len() as f64 * 0.005 + 10.0 * period;
+            // The first output is at the time of the last value, 19, without its delay of 10 values, and the next ones follow every 5 ms.
+            let time = outputs.len() as f64 * 0.005 + WEIGHTS as f64 / 2.0 * period;
             outputs.push((time, f64::from(output.x) / f64::from(ONE_G)));
         }
     }
@@ -168,9 +184,11 @@ fn fraction_shifts_outputs() {
 
 #[test]
 fn weights_are_symmetric_in_time() {
-    let (response, fill) = RESPONSE.split_at(TAPS << POINTS | 1);
-    assert!(response.iter().eq(response.iter().rev()));
-    assert_eq!(fill, [0; 3]);
+    for (response, weights) in [(&RESPONSE[..], TAPS), (&RESPONSE_1000, TAPS_1000)] {
+        let (response, fill) = response.split_at(weights << POINTS | 1);
+        assert!(response.iter().eq(response.iter().rev()));
+        assert_eq!(fill, [0; 3]);
+    }
 }
 
 #[test]
@@ -209,6 +227,70 @@ fn stop_band_has_stated_attenuation() {
 }
 
 #[test]
+fn bands_at_1000_hz_have_stated_gain() {
+    let peak = |outputs: &[(f64, f64)]| {
+        let sizes = outputs.iter().map(|(_, value)| value.abs());
+        sizes.fold(0.0, f64::max)
+    };
+    for rate in RATES_1000 {
+        for frequency in 1..=25 {
+            let signal = |time: f64| 0.5 * (TAU * f64::from(frequency) * time).sin();
+            for (time, output) in weighted_outputs::<TAPS_1000>(rate, 2000, signal) {
+                // 0.03 dB are 0.35 %.
+                let error = (output - signal(time)).abs();
+                assert!(error < 0.5 * 0.0035, "{rate} {frequency} Hz: {error}");
+            }
+        }
+        for frequency in (160..=500).step_by(every(4)) {
+            let limit = if frequency < 185 { 1e-2 } else { 1.12e-3 };
+            for phase in [0.0, 0.25] {
+                let signal = |time: f64| (TAU * (f64::from(frequency) * time + phase)).sin();
+                let peak = peak(&weighted_outputs::<TAPS_1000>(rate, 2000, signal));
+                assert!(peak < limit, "{rate} {frequency} Hz: {peak}");
+            }
+        }
+        for level in [RANGE - 1, -RANGE, 1] {
+            let outputs =
+                weighted_outputs::<TAPS_1000>(rate, 100, |_| f64::from(level) / f64::from(ONE_G));
+            let expected = f64::from(level) / f64::from(ONE_G);
+            assert!(
+                outputs.iter().all(|(_, value)| *value == expected),
+                "{rate} {level}"
+            );
+        }
+    }
+}
+
+#[test]
+fn measured_data_rate_replaces_the_nominal_one_without_a_gap() {
+    for error in [-0.05, 0.03, 0.048] {
+        let actual = 1000.0 * (1.0 + error);
+        let mut resampler = Resampler::<i32, 0, TAPS_1000>::new();
+        resampler.start(1_000_000);
+        let (mut value, mut periods) = (0.0, Vec::new());
+        for period in 1..2000 {
+            let mut outputs = 0;
+            while value / actual < f64::from(period) * 0.005 {
+                outputs += usize::from(resampler.push(at_x(0)).is_some());
+                value += 1.0;
+            }
+            if period == 256 {
+                // Measured with an error of one value.
+                resampler.adjust((actual * 1000.0 * (1.0 + 0.0008)) as u32);
+            } else if period > 256 {
+                resampler.follow();
+            }
+            periods.push(outputs);
+        }
+        assert!(periods[6..].iter().all(|outputs| *outputs <= 2), "{error}");
+        assert!(
+            periods[256 + 800..].iter().all(|outputs| *outputs == 1),
+            "{error}"
+        );
+    }
+}
+
+#[test]
 fn frequencies_between_the_bands_are_not_amplified() {
     for rate in RATES {
         // The largest sample of 80 Hz at 200 Hz can be 5 % below the peak.
@@ -225,16 +307,15 @@ fn frequencies_between_the_bands_are_not_amplified() {
 
 #[test]
 fn worst_case_input_exceeds_range_by_at_most_20_percent() {
-    for phase in 0..4 {
-        let weights: Vec<i32> = RESPONSE[phase..]
-            .iter()
-            .step_by(4)
-            .map(|&w| w.into())
-            .collect();
-        let (sum, magnitude) = weights[..TAPS]
-            .iter()
-            .fold((0, 0), |(sum, magnitude), w| (sum + w, magnitude + w.abs()));
-        assert!(magnitude * 10 < sum * 12, "{phase}: {magnitude} {sum}");
+    for (response, weights) in [(&RESPONSE[..], TAPS), (&RESPONSE_1000, TAPS_1000)] {
+        for phase in 0..4 {
+            let points = response[phase..].iter().step_by(4);
+            let weights: Vec<i32> = points.map(|&w| w.into()).take(weights).collect();
+            let (sum, magnitude) = weights
+                .iter()
+                .fold((0, 0), |(sum, magnitude), w| (sum + w, magnitude + w.abs()));
+            assert!(magnitude * 10 < sum * 12, "{phase}: {magnitude} {sum}");
+        }
     }
 }
 
