@@ -52,6 +52,9 @@ pub unsafe fn run<N: ProductNode, E: Element>(
     }
     let now = clock::now();
     let mut boot = store.boot();
+    if !boot.fit(E::PART) {
+        warn!("the calibration is not used: it is that of another measuring element");
+    }
     if N::Application::HEATER.is_some() {
         boot.kept = kept::take();
     }
@@ -117,6 +120,8 @@ fn start<N: ProductNode, E: Element>(
     let mut watchdog = board.watchdog;
     clock::start(board.systick);
 
+    // `plumbline calibrate` reads both.
+    info!("measuring element {=str}", E::PART.name());
     info!("serial number {=u32}", board.serial);
     let store = create_store::<N>(store, board.flash, N::owner(article, board.serial));
     store.scan();

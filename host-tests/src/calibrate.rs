@@ -2,13 +2,13 @@
 //!
 //! The measurement is a CSV file with the columns `up,ax_g,ay_g,az_g,gx_dps,gy_dps,gz_dps,temp_c`: which axis was up (`+x`, `-x`, ...
 //! `-z`), the averaged raw acceleration and angular rate in that position, and the temperature. Without a gyroscope there are no columns
-//! of the rate. Six rows make a set; a second set at another temperature (at least 5 K apart) gives the temperature drift. The formulas are those of [`plumbline::measure::calibration`].
+//! of the rate. A row `# element adxl355` names the measuring element; without it, it is an ISM330DHCX. Six rows make a set; a second set at another temperature (at least 5 K apart) gives the temperature drift. The formulas are those of [`plumbline::measure::calibration`].
 
 mod units;
 
 pub use units::Units;
 
-use plumbline::measure::calibration::{Calibration, OFFSET_ONE_G};
+use plumbline::measure::calibration::{Calibration, OFFSET_ONE_G, Part};
 use std::fmt::{self, Display, Formatter};
 
 /// The temperatures of the rows of one set differ by less than this, in K.
@@ -22,6 +22,9 @@ pub const HEADER: &str = "up,ax_g,ay_g,az_g,gx_dps,gy_dps,gz_dps,temp_c";
 
 /// The first row of a measurement without a gyroscope.
 pub const HEADER_WITHOUT_RATE: &str = "up,ax_g,ay_g,az_g,temp_c";
+
+/// The start of the row with the name of the measuring element.
+pub const ELEMENT: &str = "# element ";
 
 const AXES: [&str; 3] = ["x", "y", "z"];
 
@@ -62,11 +65,28 @@ struct Set {
     temperature: f64,
 }
 
+/// The measuring element of the measurement in `text`; None: it has no such row, and is an ISM330DHCX.
+///
+/// # Errors
+/// One sentence with the file name and the line.
+pub fn element(name: &str, text: &str) -> Result<Option<Part>, String> {
+    let mut rows = (1..).zip(text.lines());
+    let Some((line, part)) = rows.find_map(|(line, row)| Some((line, row.strip_prefix(ELEMENT)?)))
+    else {
+        return Ok(None);
+    };
+    let mut parts = Part::ALL.iter();
+    let known = parts.find(|known| known.name() == part.trim());
+    let known = known.ok_or_else(|| format!("{name}:{line}: unknown measuring element {part}"))?;
+    Ok(Some(*known))
+}
+
 /// Computes the calibration from the measurement in `text`. `name` is the file name for error messages.
 ///
 /// # Errors
 /// One sentence with the file name and, if known, the line.
 pub fn calibration(name: &str, text: &str) -> Result<Calibration, String> {
+    let part = element(name, text)?.unwrap_or_default();
     let positions = parse(name, text)?;
     let mut sets = sets(name, &positions)?;
     sets.sort_by(|a, b| a.temperature.total_cmp(&b.temperature));
@@ -111,6 +131,7 @@ pub fn calibration(name: &str, text: &str) -> Result<Calibration, String> {
             zero_drift.map(|rate| short(rate, 1.0 / 1_048_576.0)),
         )
     })
+    .map(|calibration| calibration.of(part))
     .ok_or_else(|| format!("{name}: out of the range of a calibration: offset {offset:.4?} g, gain and cross axes {deviation:.4?}, drift {drift:.6?} g/K, zero rate {zero:.3?} deg/s, its drift {zero_drift:.5?} deg/s/K"))
 }
 
@@ -294,6 +315,23 @@ mod tests {
     const DRIFT: Vector = [0.0001, -0.0002, 0.0];
     const ZERO: Vector = [0.5, -1.2, 0.1];
     const ZERO_DRIFT: Vector = [0.005, 0.0, -0.01];
+
+    #[test]
+    fn calibration_belongs_to_the_element_in_the_measurement() {
+        let rows = measured(OFFSET, RESPONSE, DRIFT, 25.0);
+        for (row, expected) in [
+            ("", Ok(Part::Ism330dhcx)),
+            ("# element adxl355\n", Ok(Part::Adxl355)),
+            ("# element ism330dhcx\r\n", Ok(Part::Ism330dhcx)),
+            (
+                "# element x\n",
+                Err("test:2: unknown measuring element x".to_owned()),
+            ),
+        ] {
+            let found = calibration("test", &format!("{HEADER}\n{row}{rows}"));
+            assert_eq!(found.map(|found| found.part()), expected);
+        }
+    }
 
     #[test]
     fn calibrated_unit_measures_gravity_and_no_rate_at_rest() {

@@ -16,15 +16,16 @@
 //! # Byte map
 //!
 //! ```text
-//!  byte 0         4         8         12        30         36         42           48
-//!       +---------+---------+---------+---------+----------+----------+------------+
-//!       | offset  | offset  | offset  | D       | drift    | zero     | zero_drift |
-//!       | x, i32  | y, i32  | z, i32  | 9 x i16 | 3 x i16  | 3 x i16  | 3 x i16    |
-//!       +---------+---------+---------+---------+----------+----------+------------+
+//!  byte 0         4         8         12        30         36         42           48     49
+//!       +---------+---------+---------+---------+----------+----------+------------+------+
+//!       | offset  | offset  | offset  | D       | drift    | zero     | zero_drift | part |
+//!       | x, i32  | y, i32  | z, i32  | 9 x i16 | 3 x i16  | 3 x i16  | 3 x i16    | u8   |
+//!       +---------+---------+---------+---------+----------+----------+------------+------+
 //! ```
 //!
-//! All little-endian; `D` row by row (xx, xy, xz, yx, ...: the first letter is the corrected axis), the others x, y, z. A calibration
-//! from before the zero rate has 36 bytes.
+//! All little-endian; `D` row by row (xx, xy, xz, yx, ...: the first letter is the corrected axis), the others x, y, z. The part is the
+//! measuring element whose errors these are ([`Part`]): a sensor with another one does not use the calibration. A calibration from before
+//! the zero rate has 36 bytes, one from before the part 48. What is missing is 0.
 //!
 //! | field  | unit              | resolution  | range accepted                |
 //! |--------|-------------------|-------------|-------------------------------|
@@ -56,10 +57,33 @@
 use super::{I32x3, ONE_G, saturated};
 
 /// The length of an encoded [`Calibration`] in bytes.
-pub const SIZE: usize = 48;
+pub const SIZE: usize = 49;
 
 /// The length of the part for the accelerometer in bytes. An old calibration has only this part.
 pub const ACCELEROMETER_SIZE: usize = 36;
+
+/// A part that is used as measuring element.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub enum Part {
+    /// ISM330DHCX, and ASM330LHH.
+    #[default]
+    Ism330dhcx = 0,
+    /// ADXL355.
+    Adxl355 = 1,
+}
+
+impl Part {
+    /// All parts.
+    pub const ALL: &'static [Self] = &[Self::Ism330dhcx, Self::Adxl355];
+
+    /// The name, as that of the feature of the firmware.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Ism330dhcx => "ism330dhcx",
+            Self::Adxl355 => "adxl355",
+        }
+    }
+}
 
 /// 1 g in the unit of the offset.
 pub const OFFSET_ONE_G: i32 = 1 << 28;
@@ -84,6 +108,7 @@ pub struct Calibration {
     drift: [i16; 3],
     /// The zero rate at the reference temperature, and its drift.
     zero: [[i16; 3]; 2],
+    part: Part,
 }
 
 impl Calibration {
@@ -93,6 +118,7 @@ impl Calibration {
         deviation: [[0; 3]; 3],
         drift: [0; 3],
         zero: [[0; 3]; 2],
+        part: Part::Ism330dhcx,
     };
 
     /// A calibration of `offset` (2^-28 g), `deviation` (the rows of `D`, 2^-18) and `drift` (2^-24 g/K); None if a number is out
@@ -114,6 +140,16 @@ impl Calibration {
             ..self
         };
         calibration.is_within_ranges().then_some(calibration)
+    }
+
+    /// The same numbers for another part.
+    pub fn of(self, part: Part) -> Self {
+        Self { part, ..self }
+    }
+
+    /// The part whose errors these are.
+    pub fn part(&self) -> Part {
+        self.part
     }
 
     /// The zero rate and its drift, as in [`with_zero_rate`](Self::with_zero_rate).
@@ -168,14 +204,20 @@ impl Calibration {
                 *place = value.to_le_bytes();
             }
         }
+        if let Some(place) = bytes.last_mut() {
+            *place = self.part as u8;
+        }
         bytes
     }
 
-    /// Decodes the result of [`encode`](Self::encode). None if a number is out of its range.
+    /// Decodes the result of [`encode`](Self::encode). None if a number is out of its range, or the part unknown.
     pub fn decode(bytes: &[u8; SIZE]) -> Option<Self> {
         let (offsets, rest) = bytes.split_first_chunk::<12>()?;
         let (deviations, rest) = rest.split_first_chunk::<18>()?;
-        let (drifts, zeros) = rest.split_first_chunk::<6>()?;
+        let (drifts, rest) = rest.split_first_chunk::<6>()?;
+        let (zeros, &[part]) = rest.split_first_chunk::<12>()? else {
+            return None;
+        };
         let mut calibration = Self::IDENTITY;
         for (value, &place) in calibration.offset.iter_mut().zip(offsets.as_chunks().0) {
             *value = i32::from_le_bytes(place);
@@ -184,6 +226,7 @@ impl Calibration {
         decode_numbers(deviation, deviations);
         decode_numbers(&mut calibration.drift, drifts);
         decode_numbers(calibration.zero.as_flattened_mut(), zeros);
+        calibration.part = *Part::ALL.iter().find(|known| **known as u8 == part)?;
         calibration.is_within_ranges().then_some(calibration)
     }
 

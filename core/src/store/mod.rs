@@ -11,7 +11,7 @@
 //!       +------+---------+-------+----------+--------+-----------+--------------+------------+
 //!
 //!  payload of parameters     layout, u8; check of the device, u8; the stored parameters in the order of the table
-//!  payload of a calibration  layout 01h; serial number, u32; calibration, 48 bytes, in an old record 36
+//!  payload of a calibration  layout 01h; serial number, u32; calibration, 49 bytes, in old records 48 or 36
 //!  payload of an identity    mark 55h; product, u16; the fields that are given
 //! ```
 //!
@@ -47,6 +47,7 @@ pub use slots::{Buffer, Store};
 pub use unit::{Name, Unit};
 
 use crate::measure::Calibration;
+use crate::measure::calibration::Part;
 
 /// Identifies the stored parameters of a product, so that a product does not use the parameters of another one. From 1 to 7FFFh.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -102,6 +103,17 @@ pub struct Boot<'a> {
     pub kept: u32,
     /// The identity of the unit; [`Unit::NONE`] if there is none.
     pub unit: Unit,
+}
+
+impl Boot<'_> {
+    /// Removes the calibration if it is not that of this part: the errors of another part are others. Returns false if it was removed.
+    pub fn fit(&mut self, part: Part) -> bool {
+        let fits = self.calibration.part() == part || self.calibration == Calibration::IDENTITY;
+        if !fits {
+            self.calibration = Calibration::IDENTITY;
+        }
+        fits
+    }
 }
 
 impl Default for Boot<'_> {

@@ -2,11 +2,15 @@
 
 use crate::board::ImuWires;
 use plumbline::measure::Reading;
+use plumbline::measure::calibration::Part;
 use plumbline::measure::self_test::{Limits, Working};
 use plumbline::time::Instant;
 
 /// The driver of a measuring element. It never waits longer than one short transfer: the main loop handles frames between two steps.
 pub trait Element {
+    /// The part, to which a calibration belongs.
+    const PART: Part;
+
     /// Whether the part has a gyroscope.
     const GYROSCOPE: bool;
 

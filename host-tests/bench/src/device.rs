@@ -13,6 +13,7 @@ use crate::node_type::{NodeType, STORE_BUFFER};
 use crate::thermal::Cell;
 use can_wire::protocol::{Event, Period, Picoseconds, Protocol};
 use plumbline::can::{BitRate, Frame};
+use plumbline::measure::calibration::Part;
 use plumbline::measure::self_test::Working;
 use plumbline::measure::{Reading, SAMPLE_PERIOD};
 use plumbline::node::driver::{Driver, OneThread};
@@ -291,10 +292,11 @@ impl Sensor for Device {
         let start = after(now, self.flash_time(before));
         self.boots += 1;
         let kept = core::mem::take(&mut self.kept);
-        let boot = Boot {
+        let mut boot = Boot {
             kept,
             ..self.store.boot()
         };
+        boot.fit(Part::Ism330dhcx);
         let node = self.node_type.start(start, &boot);
         self.accelerometer.power_on();
         let hardware = Hardware::new(start);

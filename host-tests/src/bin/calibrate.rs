@@ -21,7 +21,7 @@ struct Options {
     serial: u32,
     /// The measurement: a CSV file with the columns up,ax_g,ay_g,az_g,gx_dps,gy_dps,gz_dps,temp_c (without a gyroscope
     /// up,ax_g,ay_g,az_g,temp_c) and a row for each axis up and down (+x, -x, ... -z); six more rows at another temperature give the
-    /// drift
+    /// drift. A row `# element adxl355` names another measuring element than the ISM330DHCX
     #[arg(long, value_name = "FILE")]
     positions: PathBuf,
     /// The store file of a Blue Pill or a Nucleo, as for `virtual-sensor --store`; it is created if it does not exist

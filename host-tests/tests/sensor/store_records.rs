@@ -5,7 +5,7 @@ use crate::saves::*;
 use bench::{Flash, PAGE_SIZE};
 use crc::{CRC_32_ISO_HDLC, Crc};
 use plumbline::measure::Calibration;
-use plumbline::measure::calibration::ACCELEROMETER_SIZE;
+use plumbline::measure::calibration::{ACCELEROMETER_SIZE, Part, SIZE};
 use plumbline::store::{Owner, buffer_size};
 
 /// Stored parameters of the newer firmware: four more bytes.
@@ -134,9 +134,21 @@ fn older_firmware_keeps_the_calibration_and_the_parameters_it_knows() {
 
 #[test]
 fn calibration_without_zero_rate_is_read_without_a_report_and_kept() {
-    let bytes = &calibration().encode()[..ACCELEROMETER_SIZE];
+    is_read_and_kept(ACCELEROMETER_SIZE);
+}
+
+/// It belongs to an ISM330DHCX: there was no other part.
+#[test]
+fn calibration_without_a_part_is_read_without_a_report_and_kept() {
+    is_read_and_kept(SIZE - 1);
+}
+
+/// The first `length` bytes of a calibration, as an older firmware has written them.
+fn is_read_and_kept(length: usize) {
+    let bytes = &calibration().encode()[..length];
     let owner = [&[1][..], &OWNER.serial.to_le_bytes()].concat();
-    let check = Crc::<u32>::new(&CRC_32_ISO_HDLC).checksum(bytes) as u8;
+    let checked = &bytes[..ACCELEROMETER_SIZE];
+    let check = Crc::<u32>::new(&CRC_32_ISO_HDLC).checksum(checked) as u8;
     let mut memory = record_of(0, 1, &[&owner, bytes].concat());
     let parameters = [&[OWNER.layout, check.max(1)], &payload(7)[..]].concat();
     memory.extend(record_of(0x8000 | OWNER.image.number(), 1, &parameters));
@@ -146,6 +158,7 @@ fn calibration_without_zero_rate_is_read_without_a_report_and_kept() {
         let found = found(&mut store);
         assert_eq!(found.calibration, calibration());
         assert_eq!(found.calibration.zero_rate(), ([0; 3], [0; 3]));
+        assert_eq!(found.calibration.part(), Part::Ism330dhcx);
         assert!(!found.damaged);
         assert_eq!(found.parameters, Some(payload(number).to_vec()));
         assert_eq!(save(&mut store, number + 1), Ok(()));

@@ -47,10 +47,20 @@ fn image_matches_byte_map() {
         0x0B, 0x0A, 11, 0, 0xF4, 0xFF, // drift
         4, 3, 0xFE, 0xFF, 5, 0, // zero
         6, 5, 6, 0, 0xF9, 0xFF, // zero_drift
+        1,    // part
     ];
+    let calibration = calibration.of(Part::Adxl355);
     assert_eq!(calibration.encode(), bytes);
     assert_eq!(Calibration::decode(&bytes), Some(calibration));
+    assert_eq!(calibration.part(), Part::Adxl355);
     assert_eq!(Calibration::IDENTITY.encode(), [0; SIZE]);
+}
+
+#[test]
+fn calibration_of_an_unknown_part_is_refused() {
+    let mut bytes = Calibration::IDENTITY.encode();
+    bytes[SIZE - 1] = 2;
+    assert_eq!(Calibration::decode(&bytes), None);
 }
 
 #[test]
@@ -74,10 +84,9 @@ fn number_just_outside_its_range_is_refused() {
             "byte {at}"
         );
     }
-    assert_eq!(
-        Calibration::decode(&[0xFF; SIZE]).map(|c| c.offset),
-        Some([-1; 3])
-    );
+    let mut bytes = [0xFF; SIZE];
+    bytes[SIZE - 1] = 0;
+    assert_eq!(Calibration::decode(&bytes).map(|c| c.offset), Some([-1; 3]));
 }
 
 #[test]

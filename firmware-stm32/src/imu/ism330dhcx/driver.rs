@@ -6,6 +6,7 @@ use super::tags::Tags;
 use crate::board::ImuWires;
 use crate::imu::self_test::{self, SelfTest, SetUp};
 use crate::imu::{Element, SpiError};
+use plumbline::measure::calibration::Part;
 use plumbline::measure::mean_rate::MeanRate;
 use plumbline::measure::resampler::Resampler;
 use plumbline::measure::self_test::{Limits, Working};
@@ -124,6 +125,7 @@ pub struct Ism330dhcx<const TESTS: usize, const GYROSCOPES: usize> {
 }
 
 impl<const TESTS: usize, const GYROSCOPES: usize> Element for Ism330dhcx<TESTS, GYROSCOPES> {
+    const PART: Part = Part::Ism330dhcx;
     const GYROSCOPE: bool = true;
     const SELF_TEST: bool = true;
     const RANGE: i32 = 8 * ONE_G;

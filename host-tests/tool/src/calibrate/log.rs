@@ -1,15 +1,17 @@
 //! The log of a board, as a command prints it:
 //!
 //! ```text
+//! 0.000010 [INFO ] measuring element adxl355 (firmware_stm32 ..)
 //! 0.000012 [INFO ] serial number 305419896 (firmware_stm32 ..)
 //! 0.062500 [DEBUG] acceleration 1234 -567 998765 ug, 2510 0.01 degC, rate 310 -20 5 mdps (firmware_stm32 ..)
 //! ```
 //!
-//! The rate of a sensor without a gyroscope is 0. An older firmware does not print it.
+//! The rate of a sensor without a gyroscope is 0. An older firmware prints neither it nor the measuring element, which is an ISM330DHCX.
 
 use super::demo;
 use crate::failure::Failure;
 use host_tests::calibrate::Side;
+use plumbline::measure::calibration::Part;
 use std::fmt::{self, Display, Formatter};
 use std::io::{BufRead, BufReader, Read};
 use std::process::{Child, Command, Stdio};
@@ -31,6 +33,8 @@ pub struct Sample {
 /// A message that a calibration needs.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub enum Message {
+    /// The measuring element of the unit, at its start; None: one that this program does not know.
+    Element(Option<Part>),
     /// The serial number of the unit, at its start.
     Serial(u32),
     /// A reading, one every 5 ms.
@@ -39,6 +43,11 @@ pub enum Message {
 
 /// The message in a line of the log; None: the line has another one.
 pub fn message(line: &str) -> Option<Message> {
+    if let Some((_, rest)) = line.split_once("measuring element ") {
+        let name = rest.split_whitespace().next()?;
+        let known = Part::ALL.iter().find(|part| part.name() == name);
+        return Some(Message::Element(known.copied()));
+    }
     if let Some((_, rest)) = line.split_once("acceleration ") {
         let words: Vec<&str> = rest.split_whitespace().collect();
         let [x, y, z, "ug,", temperature, ref rest @ ..] = words[..] else {
@@ -161,13 +170,11 @@ impl Log {
         }
     }
 
-    /// Drops the samples that wait, and returns the serial numbers among them.
-    pub fn drop_waiting(&mut self) -> Vec<u32> {
-        let serial = |message| match message {
-            Message::Serial(serial) => Some(serial),
-            Message::Sample(_) => None,
-        };
-        self.messages.try_iter().filter_map(serial).collect()
+    /// Drops the samples that wait, and returns the other messages among them.
+    pub fn drop_waiting(&mut self) -> Vec<Message> {
+        let messages = self.messages.try_iter();
+        let is_other = |message: &Message| !matches!(message, Message::Sample(_));
+        messages.filter(is_other).collect()
     }
 }
 
@@ -216,6 +223,10 @@ mod tests {
             assert!((found.temperature - sample.temperature).abs() < 1e-9);
             let line = format!("0.000012 [INFO ] serial number 4294967295{end}");
             assert_eq!(message(&line), Some(Message::Serial(u32::MAX)));
+            for (name, part) in [("adxl355", Some(Part::Adxl355)), ("other", None)] {
+                let line = format!("0.000010 [INFO ] measuring element {name}{end}");
+                assert_eq!(message(&line), Some(Message::Element(part)));
+            }
         }
     }
 

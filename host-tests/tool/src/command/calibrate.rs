@@ -258,12 +258,30 @@ impl Guide {
         measurement: &mut Measurement,
         host: &mut dyn Host,
     ) -> Result<(), Failure> {
-        for serial in self.log.drop_waiting() {
-            self.unit(serial, measurement, host)?;
+        for message in self.log.drop_waiting() {
+            self.start_of(message, measurement, host)?;
         }
         self.window.clear();
         self.sampled = Some(Instant::now());
         Ok(())
+    }
+
+    /// What the log tells at the start of the unit.
+    fn start_of(
+        &mut self,
+        message: Message,
+        measurement: &mut Measurement,
+        host: &mut dyn Host,
+    ) -> Result<(), Failure> {
+        match message {
+            Message::Element(Some(part)) => measurement.is_with(part),
+            Message::Element(None) => {
+                let message = "the measuring element of this unit is newer than this program: use the newest plumbline";
+                Err(Failure::usage("unknown-element", message))
+            }
+            Message::Serial(serial) => self.unit(serial, measurement, host),
+            Message::Sample(_) => Ok(()),
+        }
     }
 
     /// The log tells the serial number of the unit: at its start, and whenever it starts again.
@@ -307,7 +325,7 @@ impl Guide {
                     self.sampled = Some(Instant::now());
                     return Ok(sample);
                 }
-                Some(Message::Serial(serial)) => self.unit(serial, measurement, host)?,
+                Some(message) => self.start_of(message, measurement, host)?,
                 None if self.sampled.is_some_and(|last| last.elapsed() > PAUSE) => {
                     let message = "no acceleration in the log for 10 s: look at the probe and the accelerometer, then repeat the command";
                     return Err(Failure::silent("no-answer", message));

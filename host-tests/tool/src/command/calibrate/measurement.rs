@@ -1,7 +1,8 @@
-//! The file of a measurement: one line for each position, and one with the serial number of the unit.
+//! The file of a measurement: one line for each position, one with the measuring element, and one with the serial number of the unit.
 //!
 //! ```text
 //! up,ax_g,ay_g,az_g,gx_dps,gy_dps,gz_dps,temp_c
+//! # element ism330dhcx
 //! # serial number 7
 //! +z,0.025000,-0.030000,1.060000,0.3100,-0.0200,0.0050,25.10
 //! ```
@@ -9,7 +10,8 @@
 use crate::backup::{Unread, read_text, write_file};
 use crate::calibrate::rest::Average;
 use crate::failure::Failure;
-use host_tests::calibrate::{HEADER, HEADER_WITHOUT_RATE, Side, set_at};
+use host_tests::calibrate::{ELEMENT, HEADER, HEADER_WITHOUT_RATE, Side, element, set_at};
+use plumbline::measure::calibration::Part;
 use std::path::Path;
 
 /// The start of the line of a measurement with the serial number.
@@ -73,13 +75,42 @@ impl<'a> Measurement<'a> {
             Some(_) => Ok(()),
             None => {
                 self.serial = Some(serial);
-                if !self.text.ends_with('\n') {
-                    self.text.push('\n');
-                }
-                self.text.push_str(&format!("{SERIAL}{serial}\n"));
+                self.add_line(&format!("{SERIAL}{serial}"));
                 Ok(())
             }
         }
+    }
+
+    /// The unit has this measuring element. A file with positions and without an element is that of an ISM330DHCX.
+    pub(super) fn is_with(&mut self, part: Part) -> Result<(), Failure> {
+        let shown = self.path.display().to_string();
+        let bad = |why| Failure::usage("bad-file", why);
+        let named = element(&shown, &self.text).map_err(bad)?;
+        let has_positions = self.text.lines().any(|line| line.starts_with(['+', '-']));
+        match named.or(has_positions.then_some(Part::default())) {
+            Some(own) if own != part => {
+                let message = format!(
+                    "{shown} is the measurement of a unit with {}, not with {}: choose another file",
+                    own.name(),
+                    part.name()
+                );
+                Err(Failure::usage("wrong-file", message))
+            }
+            Some(_) => Ok(()),
+            None => {
+                self.add_line(&format!("{ELEMENT}{}", part.name()));
+                Ok(())
+            }
+        }
+    }
+
+    /// Adds a line to the text.
+    fn add_line(&mut self, line: &str) {
+        if !self.text.ends_with('\n') {
+            self.text.push('\n');
+        }
+        self.text.push_str(line);
+        self.text.push('\n');
     }
 
     /// The set at a temperature, and its sides; see [`set_at`].
@@ -99,11 +130,8 @@ impl<'a> Measurement<'a> {
             true => format!("{gx:.4},{gy:.4},{gz:.4},"),
             false => String::new(),
         };
-        if !self.text.ends_with('\n') {
-            self.text.push('\n');
-        }
-        self.text.push_str(&format!(
-            "{side},{x:.6},{y:.6},{z:.6},{rate}{temperature:.2}\n"
+        self.add_line(&format!(
+            "{side},{x:.6},{y:.6},{z:.6},{rate}{temperature:.2}"
         ));
         write_file(self.path, &self.text)
     }

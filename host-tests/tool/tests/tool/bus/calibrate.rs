@@ -5,6 +5,7 @@ mod board;
 
 use bench::{Flash, Geometry, STORE_BUFFER};
 use board::{Board, Ended, RATE, raw, wait_for_prints};
+use plumbline::measure::calibration::Part;
 use plumbline::measure::{I32x3, ONE_G};
 use plumbline::model::catalog::find;
 use plumbline::store::Store;
@@ -96,6 +97,28 @@ fn six_positions_give_the_calibration_of_the_unit_in_the_log() {
     let document: serde_json::Value = serde_json::from_str(&again.out).expect("a document");
     let offset = document["offset_mg"][1].as_f64().expect("a number");
     assert!((offset + 30.0).abs() < 1e-3, "{document}");
+}
+
+#[test]
+fn calibration_belongs_to_the_measuring_element_in_the_log() {
+    let mut board = Board::new("element");
+    board.element = Some("adxl355");
+    board.turn("+z");
+    let options = board.store_options();
+    let options: Vec<&str> = options.iter().map(String::as_str).collect();
+    let ended = board.run(&options, &mut take);
+    assert_eq!(ended.result, Ok(()), "{ended:?}");
+    assert_eq!(board.rows()[1], "# element adxl355");
+    let flash = Flash::in_file(Geometry::STM32F103, &board.store).expect("a store file");
+    let owner = find("is2").expect("a product").owner(7);
+    let mut store = Store::<_, STORE_BUFFER>::open(flash, owner);
+    assert_eq!(store.boot().calibration.part(), Part::Adxl355);
+    for (other, expected) in [("ism330dhcx", "wrong-file"), ("newer", "unknown-element")] {
+        board.element = Some(other);
+        board.turn("+z");
+        let ended = board.run(&[], &mut |_, _, _| panic!("no question"));
+        assert_eq!(code(&ended), (2, expected), "{other}");
+    }
 }
 
 #[test]

@@ -31,9 +31,12 @@ pub fn raw(side: &str) -> [i32; 3] {
 }
 
 /// 3 s of the log at a temperature in 0.01 degC.
-fn log(serial: u32, side: &str, temperature: i32) -> String {
+fn log(serial: u32, element: Option<&str>, side: &str, temperature: i32) -> String {
     let ([x, y, z], [gx, gy, gz]) = (raw(side), RATE);
     let mut text = format!("0.000012 [INFO ] serial number {serial}\nnot a message\n");
+    if let Some(element) = element {
+        text.insert_str(0, &format!("0.00001 [INFO ] measuring element {element}\n"));
+    }
     for place in 0..600 {
         // Noise with a mean of 0.
         let noise = if place % 2 == 0 { 900 } else { -900 };
@@ -48,6 +51,8 @@ fn log(serial: u32, side: &str, temperature: i32) -> String {
 /// A unit on a bench: the sides to which it is turned, one after the other.
 pub struct Board {
     pub serial: u32,
+    /// The measuring element in the log.
+    pub element: Option<&'static str>,
     pub temperature: i32,
     pub position: PathBuf,
     pub measurement: PathBuf,
@@ -90,6 +95,7 @@ impl Board {
     pub fn new(name: &str) -> Self {
         Self {
             serial: 7,
+            element: None,
             temperature: 25_10,
             position: file(&format!("calibrate-{name}.log")),
             measurement: file(&format!("calibrate-{name}.csv")),
@@ -107,7 +113,7 @@ impl Board {
 
     /// Turns the unit so that this side is up.
     pub fn turn(&self, side: &str) {
-        self.print(&log(self.serial, side, self.temperature));
+        self.print(&log(self.serial, self.element, side, self.temperature));
     }
 
     /// Runs the program with a log. `answer` takes the question and its number, and turns the unit.
@@ -169,7 +175,7 @@ impl Board {
 
     /// Turns the unit; the log does not tell its serial number.
     pub fn turn_untold(&self, side: &str) {
-        let told = log(self.serial, side, self.temperature);
+        let told = log(self.serial, self.element, side, self.temperature);
         let (_, untold) = told.split_once('\n').expect("lines");
         self.print(untold);
     }
@@ -193,10 +199,13 @@ impl Write for Notes<'_> {
         if let Some((_, sides)) = reactions.pop_front_if(|(note, _)| self.text.contains(*note)) {
             let Board {
                 serial,
+                element,
                 temperature,
                 ..
             } = *self.board;
-            let logs = sides.iter().map(|side| log(serial, side, temperature));
+            let logs = sides
+                .iter()
+                .map(|side| log(serial, element, side, temperature));
             self.board.print(&logs.collect::<String>());
         }
         Ok(bytes.len())
