@@ -5,11 +5,13 @@
 //!
 //! | part | feature | folder |
 //! |---|---|---|
-//! | ISM330DHCX | the default | `ism330dhcx` |
+//! | ISM330DHCX, and ASM330LHH as second source | the default | `ism330dhcx` |
+//! | ADXL355, for products without a gyroscope | `adxl355` | `adxl355` |
 //!
 //! Each driver gives a [`Reading`](plumbline::measure::Reading) every 5 ms, in the axes of the sensor. The data rate of a part comes from
 //! its own oscillator, so a driver reads a FIFO and uses the [`Resampler`](plumbline::measure::resampler::Resampler).
 
+pub mod adxl355;
 pub mod ism330dhcx;
 pub mod mounting;
 pub mod self_test;
@@ -20,6 +22,10 @@ mod element;
 pub use element::{Element, SpiError, Wires};
 
 /// The element that this firmware is built for.
-#[cfg(board)]
+#[cfg(all(board, not(feature = "adxl355")))]
 pub type Fitted<const TESTS: usize, const GYROSCOPES: usize> =
     ism330dhcx::Ism330dhcx<TESTS, GYROSCOPES>;
+
+/// The element that this firmware is built for.
+#[cfg(all(board, feature = "adxl355"))]
+pub type Fitted<const TESTS: usize, const GYROSCOPES: usize> = adxl355::Adxl355<TESTS>;

@@ -1,11 +1,12 @@
-//! Plumbline on hardware: an STM32 with bxCAN and an ISM330DHCX accelerometer on SPI.
+//! Plumbline on hardware: an STM32 with bxCAN and an accelerometer on SPI, an ISM330DHCX or an ADXL355.
 //!
 //! The path of a frame: receive interrupt -> communicating half of the node -> mailbox (`link`). The path of a sample: every 5 ms
 //! from the accelerometer into the measuring half, in the main loop (`app`). `can`, `imu`, `flash` and `clock` are the drivers. `board`
 //! contains the pins. A file in `src/bin` selects the product.
 //!
-//! The board is selected by a feature (`bluepill`, `nucleo-f103rb`, `nucleo-f446re`), and the feature `defmt` adds the log. On a PC, only
-//! the modules without hardware access are compiled, for their tests: [`bit_timing`], [`silicon`], and of [`imu`] what has no driver.
+//! The board is selected by a feature (`bluepill`, `nucleo-f103rb`, `nucleo-f446re`), the feature `adxl355` selects another accelerometer,
+//! and the feature `defmt` adds the log. On a PC, only the modules without hardware access are compiled, for their tests:
+//! [`bit_timing`], [`silicon`], and of [`imu`] what has no driver.
 #![cfg_attr(target_os = "none", no_std)]
 
 #[cfg(all(target_os = "none", not(board)))]
@@ -134,7 +135,7 @@ macro_rules! firmware {
             use $crate::imu::Element as Part;
             assert!(
                 Element::GYROSCOPE || !<$node as $crate::ProductNode>::HAS_GYROSCOPE,
-                "this product needs a gyroscope, and the measuring element of this build has none"
+                "this product needs a gyroscope, which the measuring element of this build (ADXL355) does not have: build it without the feature `adxl355`"
             );
             assert!(
                 Element::SELF_TEST || !<$node as $crate::ProductNode>::HAS_SELF_TEST,

@@ -6,6 +6,7 @@
 //! - [`calibrate`]: computes the calibration of a unit from a measurement and writes it into the store file of the unit
 //! - [`delay`]: the delay of the angle
 //! - [`documents`]: the Markdown files beside the models
+//! - [`error_budget`]: the errors of the measuring elements as angles
 //! - [`effort`]: the length of long tests
 //! - [`plots`]: the plots of the low-pass and of the Kalman filter
 //! - [`vibration`]: a sensor on a shaker
@@ -20,6 +21,7 @@ pub mod calibrate;
 pub mod delay;
 pub mod documents;
 pub mod effort;
+pub mod error_budget;
 pub mod fuzz;
 pub mod plots;
 pub mod python;

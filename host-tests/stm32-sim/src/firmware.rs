@@ -69,6 +69,21 @@ pub fn build_with_log(
     build_with(board, names, &format!("{feature},defmt"), &options)
 }
 
+/// As [`build`], for the measuring element with this feature. The files are in a folder of their own.
+///
+/// # Errors
+/// As [`build`].
+pub fn build_for_element(
+    board: Board,
+    names: &[&str],
+    element: &str,
+) -> Result<BTreeMap<String, PathBuf>, BuildError> {
+    let feature = board.facts().name;
+    let folder = workspace().join("target").join(format!("with-{element}"));
+    let options = ["--target-dir".into(), folder.into()];
+    build_with(board, names, &format!("{feature},{element}"), &options)
+}
+
 fn build_with(
     board: Board,
     names: &[&str],

@@ -29,7 +29,7 @@
 //!
 //! It can be another part with the same identifier ([`Sibling`]), and it can have a [`Fault`].
 
-mod digits;
+pub(crate) mod digits;
 mod fault;
 mod fifo;
 mod filter;
@@ -43,6 +43,7 @@ use super::timebase::{MICROSECOND, Picoseconds};
 use bench::motion::Motion;
 pub use fault::Fault;
 use fault::Line;
+use plumbline::measure::Reading;
 use plumbline::time::Instant;
 use sampling::Sampling;
 pub use sibling::Sibling;
@@ -178,6 +179,11 @@ impl Ism330dhcx {
     pub fn set_motion(&mut self, now: Picoseconds, motion: Box<dyn Motion>) {
         self.settle(now);
         self.motion = motion;
+    }
+
+    /// Takes its motion; it has none from now on.
+    pub(crate) fn take_motion(&mut self) -> Box<dyn Motion> {
+        std::mem::replace(&mut self.motion, Box::new(Reading::default()))
     }
 
     /// The supply of the sensor in the scene, in mV.

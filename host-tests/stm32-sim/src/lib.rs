@@ -13,7 +13,7 @@
 //! - [`peripherals`]: all peripherals: address map, clocks, violations
 //! - [`rcc`], [`pwr`], [`gpio`], [`afio`], [`flash`], [`spi`], [`adc`], [`timer`], [`capture_timer`], [`iwdg`], [`dbgmcu`],
 //!   [`signature`]: one module for each peripheral
-//! - [`ism330dhcx`]: the accelerometer on the SPI
+//! - [`ism330dhcx`], [`adxl355`]: the accelerometers, one of which is on the SPI
 //! - [`microcontroller`]: all of these on the board
 //!
 //! Registers that differ are in `rcc/layout.rs`, `gpio/f446.rs`, `flash/f103.rs` and `flash/f446.rs`. These parts of the STM32F446 are not
@@ -29,6 +29,7 @@
 //! datasheet.
 
 pub mod adc;
+pub mod adxl355;
 pub mod afio;
 pub mod board;
 pub mod bxcan;

@@ -100,7 +100,8 @@ struct Reported {
 }
 
 impl Microcontroller {
-    /// A microcontroller that is not switched on, with this program and this serial number. The image determines which one.
+    /// A microcontroller that is not switched on, with this program and this serial number. The image determines which one, and the
+    /// accelerometer: the one whose driver it has.
     ///
     /// # Panics
     /// When the parameter memory is that of another microcontroller.
@@ -112,11 +113,15 @@ impl Microcontroller {
         motion: Box<dyn Motion>,
     ) -> Self {
         let board = image.board();
+        let mut io = Peripherals::new(board, unique_id(serial), flash, motion);
+        if image.address_of("imu::adxl355").is_some() {
+            io.fit_adxl355();
+        }
         let new = Self {
             name,
             image,
             core: CortexM3::with(board.chip().facts().processor, board.memory()),
-            io: Peripherals::new(board, unique_id(serial), flash, motion),
+            io,
             heated: None,
             on: false,
             boots: 0,
@@ -159,6 +164,9 @@ impl Microcontroller {
     /// The same with an accelerometer without noise ([`set_quiet`](crate::ism330dhcx::Ism330dhcx::set_quiet)).
     pub fn quiet(mut self) -> Self {
         self.io.imu.set_quiet(true);
+        if let Some(part) = &mut self.io.adxl355 {
+            part.set_quiet(true);
+        }
         self
     }
 

@@ -9,6 +9,7 @@ mod supply;
 mod tests;
 
 use super::adc::Adc;
+use super::adxl355::Adxl355;
 use super::afio::Afio;
 use super::board::{self, Board};
 use super::bxcan::BxCan;
@@ -59,6 +60,8 @@ pub struct Peripherals {
     pub dbgmcu: Dbgmcu,
     /// The accelerometer and gyroscope on the SPI.
     pub imu: Ism330dhcx,
+    /// The accelerometer of a board that has this one instead.
+    pub adxl355: Option<Adxl355>,
     /// The CAN controller; CAN1 of the STM32F446.
     pub can: BxCan,
     signature: Signature,
@@ -105,6 +108,7 @@ impl Peripherals {
             tim4: CaptureTimer::default(),
             iwdg,
             imu: Ism330dhcx::new(motion),
+            adxl355: None,
             can: match chip {
                 Chip::F103 => BxCan::new(),
                 Chip::F446 => BxCan::with_shared_filters(),
@@ -155,6 +159,9 @@ impl Peripherals {
         self.can.power_on();
         self.reset(cycle, ResetCause::PowerOn);
         self.imu.power_on(time);
+        if let Some(part) = &mut self.adxl355 {
+            part.power_on(time);
+        }
         self.dbgmcu.power_on();
     }
 

@@ -23,7 +23,7 @@ fn microcontroller(serial: u32, motion: Box<dyn Motion>) -> Microcontroller {
 }
 
 /// A sensor and a tester on a bus with 125 kbit/s.
-struct Bench {
+pub struct Bench {
     bus: Bus,
     sensor: DeviceId,
     tester: AdapterId,
@@ -32,8 +32,13 @@ struct Bench {
 impl Bench {
     /// A sensor after power-up and its boot-up message.
     fn new(motion: Box<dyn Motion>) -> Self {
+        Self::of(microcontroller(1, motion))
+    }
+
+    /// This sensor after power-up and its boot-up message.
+    pub fn of(sensor: Microcontroller) -> Self {
         let mut bus = Bus::new(BusRate::Fixed(BitRate::K125));
-        let sensor = bus.attach(microcontroller(1, motion));
+        let sensor = bus.attach(sensor);
         let tester = bus.adapter();
         bus.open(tester, None, false);
         let mut bench = Self {
@@ -46,14 +51,14 @@ impl Bench {
     }
 
     /// The frames that the sensor sends within this many milliseconds.
-    fn wait(&mut self, ms: u32) -> Vec<String> {
+    pub fn wait(&mut self, ms: u32) -> Vec<String> {
         self.bus.run_until(after(self.bus.now(), millis(ms)));
         let frames = self.bus.take_received(self.tester).into_iter();
         frames.map(|(_, frame)| format!("{frame:?}")).collect()
     }
 
     /// Sends a frame; returns the frames received within 10 ms.
-    fn exchange(&mut self, text: &str) -> Vec<String> {
+    pub fn exchange(&mut self, text: &str) -> Vec<String> {
         self.bus.send(self.tester, frame(text));
         self.wait(10)
     }
@@ -62,13 +67,13 @@ impl Bench {
         Microcontroller::of(self.bus.device(self.sensor)).expect("a simulated microcontroller")
     }
 
-    fn chip_mut(&mut self) -> &mut Microcontroller {
+    pub fn chip_mut(&mut self) -> &mut Microcontroller {
         Microcontroller::of_mut(self.bus.device_mut(self.sensor))
             .expect("a simulated microcontroller")
     }
 
     /// Reads a number from an object of at most four bytes.
-    fn upload(&mut self, index: u16, sub: u8) -> u32 {
+    pub fn upload(&mut self, index: u16, sub: u8) -> u32 {
         let [low, high] = index.to_le_bytes();
         let replies = self.exchange(&format!("60A#40{low:02X}{high:02X}{sub:02X}00000000"));
         let [reply] = replies.as_slice() else {
@@ -82,7 +87,7 @@ impl Bench {
     }
 
     /// Writes these bytes to an object.
-    fn download<const N: usize>(&mut self, index: u16, sub: u8, value: [u8; N]) {
+    pub fn download<const N: usize>(&mut self, index: u16, sub: u8, value: [u8; N]) {
         let [low, high] = index.to_le_bytes();
         let command = 0x2F - 4 * (N as u8 - 1);
         let mut data = [0; 4];

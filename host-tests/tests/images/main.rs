@@ -23,6 +23,7 @@ mod nucleo_f103;
 
 mod accelerometer;
 mod accelerometer_faults;
+mod adxl355;
 mod boot;
 mod can_faults;
 mod clock;

@@ -210,3 +210,11 @@ fn readme_does_not_exceed_250_lines() {
     let lines = README.lines().count();
     assert!(lines <= README_LINES, "{lines} lines");
 }
+
+/// `cargo run --bin error-budget` prints them.
+#[test]
+fn page_of_the_elements_has_the_error_budget() {
+    let page = include_str!("../../../firmware-stm32/ELEMENTS.md");
+    let tables = host_tests::error_budget::tables();
+    assert!(page.contains(&tables), "the page must have:\n{tables}");
+}

@@ -5,17 +5,17 @@ const DENSITY: f64 = 60e-6;
 
 /// From the acceleration to the digits of the three axes.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Digits {
+pub(crate) struct Digits {
     random: u64,
     /// The noise is switched off.
-    pub(super) quiet: bool,
+    pub(crate) quiet: bool,
     /// Without noise: the part of each value that its digit does not show.
     rest: [f64; 3],
 }
 
 impl Digits {
     /// With noise, the same for the same seed.
-    pub(super) const fn new(seed: u64) -> Self {
+    pub(crate) const fn new(seed: u64) -> Self {
         Self {
             // The state of the generator must not be 0.
             random: seed.wrapping_add(1).wrapping_mul(0x9E37_79B9_7F4A_7C15) | 1,
@@ -28,9 +28,20 @@ impl Digits {
     ///
     /// The noise is wider than a digit, so the mean of many digits is the acceleration. Without noise, the rest of each value is added to the
     /// next value: the mean is the acceleration too, and nothing is random.
-    pub(super) fn of(&mut self, acceleration: [f64; 3], rate: f64, unit: f64) -> [i16; 3] {
+    pub(crate) fn of(&mut self, acceleration: [f64; 3], rate: f64, unit: f64) -> [i16; 3] {
         let deviation = DENSITY * (rate / 2.0).sqrt();
-        let mut digits = [0; 3];
+        let digits = self.rounded(acceleration, deviation, unit);
+        digits.map(|digit| digit.clamp(i16::MIN.into(), i16::MAX.into()) as i16)
+    }
+
+    /// The digits of an acceleration, with noise of this standard deviation, both in g.
+    pub(crate) fn rounded(
+        &mut self,
+        acceleration: [f64; 3],
+        deviation: f64,
+        unit: f64,
+    ) -> [f64; 3] {
+        let mut digits = [0.0; 3];
         for (axis, digit) in digits.iter_mut().enumerate() {
             let added = if self.quiet {
                 self.rest[axis]
@@ -38,9 +49,8 @@ impl Digits {
                 self.normal() * deviation / unit
             };
             let exact = acceleration[axis] / unit + added;
-            // The cast saturates.
-            *digit = exact.round() as i16;
-            self.rest[axis] = (exact - f64::from(*digit)).clamp(-0.5, 0.5);
+            *digit = exact.round();
+            self.rest[axis] = (exact - *digit).clamp(-0.5, 0.5);
         }
         digits
     }
@@ -56,6 +66,12 @@ impl Digits {
             sum += (self.random >> 11) as f64 / (1_u64 << 53) as f64;
         }
         sum
+    }
+}
+
+impl Default for Digits {
+    fn default() -> Self {
+        Self::new(0)
     }
 }
 

@@ -168,7 +168,10 @@ impl Sensor for Microcontroller {
             Some(heated) => heated.around(motion),
             None => motion,
         };
-        self.io.imu.set_motion(now, motion);
+        match &mut self.io.adxl355 {
+            Some(part) => part.set_motion(now, motion),
+            None => self.io.imu.set_motion(now, motion),
+        }
     }
 
     fn flash(&mut self) -> &mut Flash {

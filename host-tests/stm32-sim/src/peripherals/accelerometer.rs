@@ -1,6 +1,7 @@
 //! The SPI with the accelerometer: its clock, its pins, which can be without connection or too slow, and the chip select.
 
 use super::Peripherals;
+use crate::adxl355::Adxl355;
 use crate::board;
 use crate::gpio::Gpio;
 use crate::ism330dhcx::Ism330dhcx;
@@ -9,6 +10,12 @@ use crate::timebase::Picoseconds;
 use crate::violation::Violations;
 
 impl Peripherals {
+    /// Mounts an ADXL355 in the place of the ISM330DHCX, with its motion.
+    pub fn fit_adxl355(&mut self) {
+        self.adxl355 = Some(Adxl355::new(self.imu.take_motion()));
+        self.imu.unmount();
+    }
+
     pub(super) fn clocks(&self) -> Clocks {
         Clocks {
             hclk: self.rcc.hclk(),
@@ -32,14 +39,18 @@ impl Peripherals {
         let timebase = *self.rcc.timebase();
         let clocks = self.clocks();
         let time_at = |cycle| timebase.time_at(cycle);
+        let mut part = Mounted {
+            imu: &mut self.imu,
+            adxl355: self.adxl355.as_mut(),
+        };
         if board::spi_is_connected(self.board, &self.afio, &self.gpio) {
             let rate = self.spi.bit_rate(clocks);
             if board::spi_pins_are_fast_enough(self.board, &self.gpio, rate) {
-                self.spi.advance(cycle, clocks, time_at, &mut self.imu);
+                self.spi.advance(cycle, clocks, time_at, &mut part);
             } else {
                 let reason = "the pins of the SPI are too slow for its clock";
                 self.violations.add("GPIOx_OSPEEDR", reason);
-                let mut late = LateEdges(&mut self.imu);
+                let mut late = LateEdges(part);
                 self.spi.advance(cycle, clocks, time_at, &mut late);
             }
         } else {
@@ -48,6 +59,11 @@ impl Peripherals {
         while let Some(register) = self.imu.take_unmodelled() {
             let name = format!("ISM330DHCX {register:02X}h");
             self.violations.add(name, "register not modelled");
+        }
+        let adxl355 = &mut self.adxl355;
+        while let Some((register, reason)) = adxl355.as_mut().and_then(Adxl355::take_complaint) {
+            self.violations
+                .add(format!("ADXL355 {register:02X}h"), reason);
         }
         let disturbed = self.imu.take_disturbed();
         self.violations
@@ -72,7 +88,12 @@ impl Peripherals {
                 "GPIOx",
                 "the accelerometer's chip select changes within a frame",
             );
-            self.imu.select(self.now(cycle), after);
+            let now = self.now(cycle);
+            let mut part = Mounted {
+                imu: &mut self.imu,
+                adxl355: self.adxl355.as_mut(),
+            };
+            part.select(now, after);
         }
         result
     }
@@ -89,8 +110,30 @@ impl SpiPart for OpenWires {
     }
 }
 
+/// The part at the SPI.
+struct Mounted<'a> {
+    imu: &'a mut Ism330dhcx,
+    adxl355: Option<&'a mut Adxl355>,
+}
+
+impl SpiPart for Mounted<'_> {
+    fn select(&mut self, now: Picoseconds, selected: bool) {
+        match &mut self.adxl355 {
+            Some(part) => part.select(now, selected),
+            None => self.imu.select(now, selected),
+        }
+    }
+
+    fn transfer(&mut self, now: Picoseconds, byte: u8) -> u8 {
+        match &mut self.adxl355 {
+            Some(part) => part.transfer(now, byte),
+            None => self.imu.transfer(now, byte),
+        }
+    }
+}
+
 /// Pins whose edges are late: the last bit of each byte that is read repeats the bit before it.
-struct LateEdges<'a>(&'a mut Ism330dhcx);
+struct LateEdges<'a>(Mounted<'a>);
 
 impl SpiPart for LateEdges<'_> {
     fn select(&mut self, now: Picoseconds, selected: bool) {

@@ -111,7 +111,7 @@ fn calibration_belongs_to_the_measuring_element_in_the_log() {
     assert_eq!(board.rows()[1], "# element adxl355");
     let flash = Flash::in_file(Geometry::STM32F103, &board.store).expect("a store file");
     let owner = find("is2").expect("a product").owner(7);
-    let mut store = Store::<_, STORE_BUFFER>::open(flash, owner);
+    let mut store = Store::<_, [u8; STORE_BUFFER]>::open(flash, owner);
     assert_eq!(store.boot().calibration.part(), Part::Adxl355);
     for (other, expected) in [("ism330dhcx", "wrong-file"), ("newer", "unknown-element")] {
         board.element = Some(other);

@@ -1,0 +1,287 @@
+//! The state of the driver: finding the part, its reset, settling, and the self-test.
+
+use super::counts::VALUE;
+use super::fifo::Step;
+use super::registers::Shadows;
+use crate::board::ImuWires;
+use crate::imu::Element;
+use crate::imu::self_test::{self, SelfTest};
+use plumbline::measure::calibration::Part;
+use plumbline::measure::resampler::{Resampler, TAPS_1000};
+use plumbline::measure::self_test::{Limits, Working};
+use plumbline::measure::{ONE_G, Reading};
+use plumbline::time::{Instant, after, millis, reached};
+
+/// The time between attempts to find the part, in ms.
+const RETRY_MS: u32 = 1000;
+
+/// The time between attempts after power-up, in ms: the part does not answer for up to 10 ms.
+const BOOT_RETRY_MS: u32 = 2;
+
+/// The end of the shorter interval: 100 ms after power-up.
+const BOOT_END: Instant = Instant::from_ticks(100_000);
+
+/// The time from a reset until the part is looked at again, in ms.
+const RESET_MS: u32 = 5;
+
+/// The number of resets after which the part has failed.
+const RESETS: u8 = 5;
+
+/// The number of values to skip after configuration: 16 ms. The part turns on within 10 ms.
+const SETTLING_VALUES: u8 = 16;
+
+/// The number of consecutive readings of the FIFO without a value after which the part has failed: 50 ms.
+const MISSES: u8 = 10;
+
+/// The number of readings of the FIFO between two comparisons of the configuration: 1 s.
+pub(super) const COMPARE: u8 = 200;
+
+/// The time in which the values are counted for the data rate, in us. An error of one value is 0.08 %.
+pub(super) const MEASUREMENT_US: u32 = 1_280_000;
+
+/// The nominal data rate in mHz.
+const DATA_RATE: u32 = 1_000_000;
+
+pub(super) enum State {
+    /// The part was not found, or does not answer any more. The next attempt is at `retry`.
+    Absent { retry: Instant },
+    /// After `resets` resets. It is looked at again at `ready`, and must have these shadow registers.
+    Resetting {
+        ready: Instant,
+        shadows: Shadows,
+        resets: u8,
+    },
+    /// Configured. `settling`: values still to skip; `misses`: consecutive readings of the FIFO without a value; `readings`: those since
+    /// the configuration was compared.
+    Running {
+        settling: u8,
+        misses: u8,
+        readings: u8,
+    },
+}
+
+/// The part. `TESTS` is 1 if the product has the self-test, otherwise 0.
+pub struct Adxl355<const TESTS: usize> {
+    pub(super) wires: ImuWires,
+    pub(super) state: State,
+    pub(super) step: Step,
+    /// The number of values to read, with the present one.
+    pub(super) values: u8,
+    /// The present value: the bytes to send, replaced by the received ones.
+    pub(super) bytes: [u8; VALUE],
+    pub(super) resampler: Resampler<i32, 0, TAPS_1000>,
+    /// The number of values since the start, modulo 2^32.
+    pub(super) taken: u32,
+    /// The begin of the measurement of the data rate, and the number of values then.
+    pub(super) counted: Option<(Instant, u32)>,
+    /// The data rate is measured.
+    pub(super) is_timed: bool,
+    /// Values were lost before the next reading.
+    pub(super) lost: bool,
+    /// An axis was beyond its range since the last reading.
+    pub(super) clipped: bool,
+    /// The counts of the last temperature.
+    pub(super) warmth: u16,
+    /// The last temperature in 0.01 degC; None before the first one.
+    pub(super) temperature: Option<i16>,
+    /// The last comparison has found another configuration.
+    pub(super) doubted: bool,
+    /// SELF_TEST.
+    pub(super) force: u8,
+    /// The running self-test.
+    test: [Option<SelfTest>; TESTS],
+    /// The result of the last self-test, until it is read.
+    tested: Option<Working>,
+    /// The missing part is logged.
+    reported: bool,
+}
+
+impl<const TESTS: usize> Element for Adxl355<TESTS> {
+    const PART: Part = Part::Adxl355;
+    const GYROSCOPE: bool = false;
+    const SELF_TEST: bool = true;
+    const RANGE: i32 = 8 * ONE_G;
+    /// The datasheet (revision D), "self-test, output change".
+    const LIMITS: Limits = Limits::milli_g([(100, 600), (100, 600), (500, 3000)]);
+
+    fn new(wires: ImuWires) -> Self {
+        Self {
+            wires,
+            state: State::Absent {
+                retry: Instant::from_ticks(0),
+            },
+            step: Step::None,
+            values: 0,
+            bytes: [0; VALUE],
+            resampler: const { Resampler::new() }, // as a constant, its values are cleared without a loop
+            taken: 0,
+            counted: None,
+            is_timed: false,
+            lost: false,
+            clipped: false,
+            warmth: 0,
+            temperature: None,
+            doubted: false,
+            force: 0,
+            test: [const { None }; TESTS],
+            tested: None,
+            reported: false,
+        }
+    }
+
+    fn start(&mut self, now: Instant) {
+        if !matches!(self.state, State::Running { .. }) && self.running_test().is_some() {
+            self.end_test(Working::default());
+        }
+        match self.state {
+            State::Absent { retry } if reached(now, retry) => self.find(now),
+            State::Resetting {
+                ready,
+                shadows,
+                resets,
+            } if reached(now, ready) => self.set_up(now, shadows, resets),
+            State::Absent { .. } | State::Resetting { .. } => {}
+            State::Running { misses, .. } if misses >= MISSES => self.begin_again(now),
+            State::Running {
+                ref mut misses,
+                ref mut readings,
+                ..
+            } => {
+                *misses += 1;
+                self.step = Step::Level;
+                if *readings >= COMPARE {
+                    *readings = 0;
+                    self.step = Step::Compare;
+                }
+                *readings += 1;
+                if self.is_timed {
+                    self.resampler.follow();
+                }
+            }
+        }
+    }
+
+    fn busy(&self) -> bool {
+        !matches!(self.step, Step::None)
+    }
+
+    fn step(&mut self, now: Instant) -> Option<Reading> {
+        self.read_on(now)
+    }
+
+    fn lost(&mut self) -> bool {
+        core::mem::take(&mut self.lost)
+    }
+
+    fn test(&mut self) {
+        self.test = [const { Some(SelfTest::begin(&Self::LIMITS, 0)) }; TESTS];
+    }
+
+    fn tested(&mut self) -> Option<Working> {
+        if TESTS == 0 {
+            return None;
+        }
+        self.tested.take()
+    }
+}
+
+impl<const TESTS: usize> Adxl355<TESTS> {
+    /// The running self-test.
+    pub(super) fn running_test(&mut self) -> Option<&mut SelfTest> {
+        self.test.first_mut()?.as_mut()
+    }
+
+    /// Performs one step of the self-test while no transfer is running. Returns the reading for the node.
+    pub(super) fn carry_test_on(&mut self, now: Instant, reading: Reading) -> Option<Reading> {
+        let test = self.running_test()?;
+        let step = test.step(reading.acceleration);
+        let reading = Reading {
+            acceleration: test.held(),
+            clipped: false,
+            ..reading
+        };
+        match step {
+            self_test::Step::None => {}
+            self_test::Step::SetUp(set_up) if self.change(set_up).is_ok() => {}
+            self_test::Step::SetUp(_) => self.absent(now),
+            self_test::Step::Done(working) => {
+                info!("self-test: {}", working);
+                self.end_test(working);
+            }
+        }
+        Some(reading)
+    }
+
+    fn end_test(&mut self, working: Working) {
+        self.test = [const { None }; TESTS];
+        self.tested = Some(working);
+    }
+
+    /// The part is missing.
+    fn absent(&mut self, now: Instant) {
+        if !self.reported && reached(now, BOOT_END) {
+            warn!("no accelerometer");
+            self.reported = true;
+        }
+        let pause = if reached(now, BOOT_END) {
+            RETRY_MS
+        } else {
+            BOOT_RETRY_MS
+        };
+        self.step = Step::None;
+        self.state = State::Absent {
+            retry: after(now, millis(pause)),
+        };
+    }
+
+    /// The part is to be configured again, if it answers.
+    pub(super) fn begin_again(&mut self, now: Instant) {
+        self.step = Step::None;
+        self.state = State::Absent { retry: now };
+    }
+
+    /// Tries to find the part, and resets it.
+    fn find(&mut self, now: Instant) {
+        match self.identifies() {
+            Ok(true) => self.reset_again(now, 1),
+            _ => self.absent(now),
+        }
+    }
+
+    /// Resets the part for this time.
+    fn reset_again(&mut self, now: Instant, resets: u8) {
+        match self.reset() {
+            Ok(shadows) if resets <= RESETS => {
+                self.state = State::Resetting {
+                    ready: after(now, millis(RESET_MS)),
+                    shadows,
+                    resets,
+                }
+            }
+            _ => self.absent(now),
+        }
+    }
+
+    /// Configures the part after its reset.
+    fn set_up(&mut self, now: Instant, shadows: Shadows, resets: u8) {
+        if self.has_started(shadows) != Ok(true) {
+            return self.reset_again(now, resets + 1);
+        }
+        if self.configure() != Ok(true) {
+            return self.absent(now);
+        }
+        info!("accelerometer found");
+        self.reported = false;
+        self.resampler.start(DATA_RATE);
+        self.counted = None;
+        self.is_timed = false;
+        self.clipped = false;
+        self.temperature = None;
+        self.doubted = false;
+        self.state = State::Running {
+            settling: SETTLING_VALUES,
+            misses: 0,
+            readings: 0,
+        };
+    }
+}
