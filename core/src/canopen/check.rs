@@ -8,9 +8,11 @@
 //! - the values of the application have room for its quantities;
 //! - the numbers of TPDOs and of errors in the history are those of the dictionary, and each TPDO has both of its objects;
 //! - mapped objects exist, can be mapped, have the mapped length, and fit into a frame;
-//! - constant texts, and the names of a unit that replace them, fit into the buffer, which has at most 255 bytes;
-//! - each own object has its functions, which return its type;
-//! - with LSS: the identity object has its four numbers, and the node-ID 255 is permitted;
+//! - constant texts are printable ASCII; they, and the names of a unit that replace them, fit into the buffer, which has at most 255 bytes;
+//! - each object has a name, and one with sub-indices has sub-index 0;
+//! - each own object has its functions, which return its type; the limits of a command fit its type;
+//! - with LSS: the identity object has its four numbers, the node-ID 255 is permitted, node-ID and bit rate are stored, and the tables of
+//!   bit rates have selectors of the manufacturer;
 //! - with block transfer: the buffer for texts takes each number;
 //! - the default COB-ID of the SYNC is permitted, and those of the TPDOs and of the EMCY are above 080h with each node-ID;
 //! - each sub-index of 1010h and 1011h has a group of parameters.
@@ -19,10 +21,10 @@ mod identifiers;
 mod pdo;
 
 use super::consumer::Consumers;
-use super::dictionary::{Object, Service, Target, object_at};
+use super::dictionary::{Object, Service, Target, Use, object_at};
 use super::emcy::{Cause, History};
 use super::feature::Feature;
-use super::lss::UNCONFIGURED;
+use super::lss::{LssTable, UNCONFIGURED};
 use super::own::Read;
 use super::pdo::Tpdos;
 use super::product::{Product, TableOf, ValuesOf};
@@ -45,6 +47,7 @@ pub const fn check<P: Product>() {
     check_references(P::OBJECTS, parameters, quantities);
     check_profile(P::OBJECTS, parameters, quantities);
     check_highest(P::OBJECTS);
+    check_names(P::OBJECTS, parameters, quantities);
     pdo::check_tpdos::<P::Tpdos>(P::OBJECTS, parameters, quantities);
     check_consumers(P::OBJECTS, <P::Consumers as Consumers>::COUNT);
     check_texts(P::OBJECTS, P::Text::CAPACITY);
@@ -57,13 +60,19 @@ pub const fn check<P: Product>() {
         "block transfer needs a buffer for texts with at least 4 bytes",
     );
     check_own::<P>();
+    Mistake::Item("WRITABLE").unless(
+        P::WRITABLE <= P::Text::CAPACITY,
+        "the buffer for texts is shorter",
+    );
     Mistake::Item("Text").unless(
         P::WRITABLE >= 8 || !has_wide(P::OBJECTS, parameters, quantities),
         "an object of 64 bits needs a buffer for texts with at least 8 bytes",
     );
     if P::Lss::PRESENT {
         check_lss(P::OBJECTS);
+        identifiers::check_stored(at(parameters, P::BIT_RATE.0 as usize), true);
     }
+    check_lss_tables(P::LSS_TABLES, P::Lss::PRESENT);
     check_groups(P::OBJECTS, P::GROUPS);
     each!(place, event in P::EVENTS => {
         Mistake::Row("event", place).unless(
@@ -85,8 +94,12 @@ const fn check_own<P: Product>() {
                 mistake.text(text).fail();
             };
             mistake.unless(own.index == object.index && own.sub == object.sub, text);
+            mistake.unless(
+                matches!(own.read, Read::No) != object.access.is_readable(),
+                "the access does not match its functions: `Own::number` or `Own::text` for an object that can be read",
+            );
             let is_right = match own.read {
-                Read::No => !object.access.is_readable(),
+                Read::No => true,
                 Read::Number(_) => object.data_type.size() > 0,
                 Read::Text(_) => object.data_type.size() == 0,
             };
@@ -95,6 +108,14 @@ const fn check_own<P: Product>() {
                 own.write.is_some() == object.access.is_writable(),
                 "the access does not match its functions: `Own::written` for an object that can be written",
             );
+            if let Target::Own(Use::Command(command)) = object.target {
+                let (least, most) = object.data_type.range();
+                let (low, high) = command.limits;
+                mistake.unless(
+                    object.data_type.size() == 0 || least <= low && low <= high && high <= most,
+                    "the limits of the command must fit the type",
+                );
+            }
             rest = others;
         }
     });
@@ -205,6 +226,30 @@ const fn check_highest(objects: &[Object]) {
     });
 }
 
+/// Checks that each object has a name, its own or that of its parameter or value, and that an object with sub-indices has sub-index 0.
+#[track_caller]
+const fn check_names(objects: &[Object], parameters: &[Parameter], quantities: &[Quantity]) {
+    each!(object in objects => {
+        let mistake = Mistake::Object(object.index, object.sub);
+        let described = match object.target {
+            Target::Parameter(id)
+            | Target::CobId(id)
+            | Target::FreeCobId(id)
+            | Target::Command(id, _) => at(parameters, id.0 as usize).name,
+            Target::Value(id) => at(quantities, id.0 as usize).name,
+            _ => "",
+        };
+        mistake.unless(
+            !object.name.is_empty() || !described.is_empty(),
+            "the object has no name",
+        );
+        mistake.unless(
+            object_at(objects, object.index, 0).is_some(),
+            "an object with sub-indices has sub-index 0",
+        );
+    });
+}
+
 /// Checks that each entry of the heartbeat consumer is a parameter, and that the dictionary has as many entries as the product.
 #[track_caller]
 const fn check_consumers(objects: &[Object], count: usize) {
@@ -235,6 +280,12 @@ const fn check_texts(objects: &[Object], text: usize) {
         if let Target::Text(constant) = object.target {
             let mistake = Mistake::Object(object.index, object.sub);
             mistake.unless(constant.len() <= text, "the text is longer than its buffer");
+            each!(letter in constant.as_bytes() => {
+                mistake.unless(
+                    matches!(*letter, b' '..=b'~'),
+                    "a text consists of printable ASCII characters",
+                );
+            });
             mistake.unless(
                 text >= NAME || !super::objects::is_name(object.index),
                 "the name of a unit is longer than the buffer",
@@ -269,6 +320,19 @@ const fn check_lss(objects: &[Object]) {
         );
         sub += 1;
     }
+}
+
+/// Checks the manufacturer-specific tables of bit rates. CiA 305 has or reserves the selectors below 128.
+#[track_caller]
+const fn check_lss_tables(tables: &[LssTable], lss: bool) {
+    each!(place, (selector, _) in tables => {
+        let mistake = Mistake::Row("LSS_TABLES", place);
+        mistake.unless(lss, "a product without LSS has no table of bit rates");
+        mistake.unless(*selector >= 128, "the selector is 128 to 255");
+        each!((other, _) in tables.split_at(place).0 => {
+            mistake.unless(*other != *selector, "another table has this selector");
+        });
+    });
 }
 
 /// Checks that a group of parameters exists for each sub-index of 1010h and 1011h that stores or restores a group.

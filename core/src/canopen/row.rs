@@ -300,6 +300,10 @@ const fn check(object: &Object) {
             (Target::Own(_), DataType::Text)
         );
     mistake.unless(!(text && object.mappable), "a text cannot be mapped");
+    mistake.unless(
+        object.access.is_readable() || !object.mappable,
+        "an object that cannot be read cannot be mapped",
+    );
     if let Target::Constant(_) | Target::NodeRelative(_) | Target::Text(_) | Target::Value(_) =
         object.target
     {

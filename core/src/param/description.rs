@@ -219,7 +219,13 @@ impl Parameter {
 
     /// Sets the permitted range and the factory value, as numbers without a decimal point. For a real number they are whole numbers.
     pub const fn within(self, low: i64, high: i64, factory: i32) -> Self {
-        let unused = 32_u32.saturating_sub(8 * self.data_type.size() as u32);
+        let (least, most) = self.data_type.range();
+        let fits = least <= factory as i64 && factory as i64 <= most;
+        let unused = match self.data_type.size() {
+            size @ 1..4 if fits => 32 - 8 * size as u32,
+            // The check of the table refuses a number that does not fit.
+            _ => 0,
+        };
         Self {
             permitted: Permitted::Range(low, high),
             factory: match self.data_type {

@@ -404,6 +404,10 @@ pub(crate) const fn check_quantities(quantities: &[Quantity], capacity: usize) {
         mistake.unless(quantity.data_type.size() > 0, "a quantity must be a number");
         mistake.unless(quantity.decimals < 10, TOO_FINE);
         mistake.unless(
+            quantity.range.0 <= quantity.range.1,
+            "the lowest number is above the highest one",
+        );
+        mistake.unless(
             place < capacity,
             "the application publishes fewer values: `Values` has no room for it",
         );

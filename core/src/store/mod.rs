@@ -59,8 +59,12 @@ impl ImageId {
     ///
     /// # Panics
     /// If the number is not from 1 to 7FFFh. In a constant this is a compile error.
+    #[track_caller]
     pub const fn new(number: u16) -> Self {
-        assert!(number >= 1 && number < 0x8000);
+        assert!(
+            number >= 1 && number < 0x8000,
+            "the number of an `ImageId` is 1 to 7FFFh"
+        );
         Self(number)
     }
 

@@ -3,7 +3,7 @@
 use super::{Mistake, Object, Parameter, ParameterId, Target, UNCONFIGURED, parameter};
 use crate::can::BitRate;
 use crate::canopen::cob_id;
-use crate::param::Permitted;
+use crate::param::{Permitted, Persistence};
 use crate::walk::{at, each};
 
 /// Checks the default COB-IDs.
@@ -80,10 +80,20 @@ pub(super) const fn check_node_id(parameters: &[Parameter], id: ParameterId, lss
         permits_none || !lss,
         "a product with LSS permits the node-ID 255",
     );
+    check_stored(parameter, lss);
     let factory = parameter.factory;
     Mistake::Parameter(id.0 as usize, parameter.name).unless(
         (factory >= 1 && factory <= 127) || (lss && factory == UNCONFIGURED as u32),
         "the factory value is not a node-ID",
+    );
+}
+
+/// Checks that store configuration of LSS can store a parameter.
+#[track_caller]
+pub(super) const fn check_stored(parameter: &Parameter, lss: bool) {
+    Mistake::Parameter(parameter.id.0 as usize, parameter.name).unless(
+        !lss || !matches!(parameter.persistence, Persistence::Volatile),
+        "a product with LSS stores node-ID and bit rate",
     );
 }
 

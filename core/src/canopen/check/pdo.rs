@@ -64,6 +64,10 @@ const fn check_settings(
                 "the communication parameter of a TPDO must be parameters",
             );
             mistake.unless(
+                *sub != 1 || !matches!(object.target, Target::Parameter(_)),
+                "the COB-ID of a TPDO is `profile::cob_id` or `profile::free_cob_id`",
+            );
+            mistake.unless(
                 object.data_type(parameters, quantities) as u8 == *data_type as u8,
                 "CiA 301 defines another data type for this object",
             );
@@ -83,7 +87,7 @@ const fn check_mapping<T: Tpdos>(
     while let Some(entry) = object_at(objects, index, sub) {
         let Target::Constant(entry) = entry.target else {
             Mistake::Object(index, sub)
-                .text("a mapping entry must be a constant")
+                .text("a mapping entry must be a constant, unless `Tpdos` is `DynamicTpdos`")
                 .fail();
         };
         check_entry(objects, (index, sub), entry, parameters, quantities);

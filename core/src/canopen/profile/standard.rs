@@ -132,9 +132,10 @@ const fn groups(
 pub const fn merge<const N: usize>(one: &[Object], other: &[Object]) -> [Object; N] {
     if one.len() + other.len() != N {
         Mistake::Item("merge")
-            .text("both tables have ")
+            .text("the two tables have ")
             .number((one.len() + other.len()) as u32)
-            .text(" rows")
+            .text(" rows together, `N` is ")
+            .number(N as u32)
             .fail();
     }
     let mut merged = [Object::PLAIN; N];

@@ -120,7 +120,7 @@ fn entry_that_cannot_be_mapped_is_refused() {
         (0x0005_0008, NO_OBJECT),
         (0xFFFF_FFFF, NO_OBJECT),
         (0x3010_0410, NO_SUB_INDEX),
-        (0x3010_0010, NO_SUB_INDEX),
+        (0x3010_0008, NOT_MAPPABLE),
         (0x6110_0120, NO_SUB_INDEX),
         (0x3010_0310, NOT_MAPPABLE),
         (0x3101_0008, NOT_MAPPABLE),

@@ -146,6 +146,7 @@ impl Product for Mapped {
                 mappable: true,
                 ..Object::own(0x3000, 0, "Status", DataType::U8, Access::Ro)
             },
+            profile::highest(0x3010, "Acceleration", DataType::U8, 3),
             Object::value(0x3010, 1, MILLI[0]),
             Object::value(0x3010, 2, MILLI[1]),
             profile::read_only(0x3010, 3, MILLI[2]),
