@@ -59,10 +59,12 @@ pub enum Service {
     RestoreCommunication,
     /// The serial number (1018h:04) of the unit record, or of the chip.
     SerialNumber,
-    /// "save" stores the group of parameters of the sub-index (1010h): 1 all, 2 communication profile, 3 device profile, 4 and following
-    /// manufacturer-specific groups ([`GROUPS`](super::Product::GROUPS)).
+    /// "save" stores the group of parameters of the sub-index (1010h): 1 all, 2 communication profile (1000h to 1FFFh), 3 device profile
+    /// (6000h to 9FFFh), 4 and following manufacturer-specific groups ([`GROUPS`](super::Product::GROUPS)). Parameters without an object
+    /// belong to sub-index 4. Parameters that are in no group are stored by sub-index 1 only.
     StoreGroup,
-    /// "load" restores the factory values of the same group (1011h). They act after a reset.
+    /// "load" stores the factory values of the same group (1011h). They act after a reset: those of the communication profile after reset
+    /// communication, the others after reset node, node-ID and bit rate after power-up.
     RestoreGroup,
     /// The errors, newest first (1003h:01 and following). An error that did not occur reads 0.
     ErrorHistoryOrZero,

@@ -11,6 +11,20 @@
 //! - [`feature`]: services that only some products have; [`own`]: own objects of a product, and its rules for stored parameters.
 //! - [`Product`]: the description of a product.
 //! - [`Canopen`]: the protocol, which consists of these services; [`CanopenNode`]: a node with this protocol.
+//!
+//! What a product needs for a function, besides the objects that each one has ([`profile::standard`]):
+//!
+//! | function | in [`Product`] | parameters | objects |
+//! |---|---|---|---|
+//! | TPDOs with a fixed mapping | [`TpdoArray`] | [`profile::tpdo_communication`] | [`profile::tpdo`], [`profile::mapping`] |
+//! | TPDOs whose COB-ID and mapping a master changes | [`DynamicTpdos`] | [`profile::stored_tpdo_communication`], [`profile::mapping_parameters`] | [`profile::free_tpdo`], [`profile::dynamic_mapping`] |
+//! | monitoring of the heartbeat of other nodes (1016h) | [`Heartbeats`] | [`profile::consumer_parameters`] | [`profile::consumers`] |
+//! | LSS | `Present<Lss>`, [`LSS_TABLES`](Product::LSS_TABLES) for bit rates of the maker | [`profile::lss_node_id`] or [`profile::lss_node_id_to_127`] | [`profile::identity`] |
+//! | SDO block transfer | `Present<Block>` | | |
+//! | save and restore by groups | [`GROUPS`](Product::GROUPS) if the maker has several | | [`profile::store`], [`profile::restore`] |
+//! | a command, or an object that is calculated | [`OWN`](Product::OWN) | | [`Object::own`] |
+//! | a parameter that changes others, for example a preset | [`Application::write`](crate::application::Application::write) | the parameters | [`Object::parameter`] |
+//! | objects between those of [`profile::standard`] | | | [`profile::merge`] |
 
 mod abort;
 #[doc(hidden)]

@@ -2,9 +2,12 @@
 //! parameters.
 //!
 //! The dictionary has the address, the type and the access of an own object ([`Object::own`](super::Object::own)).
-//! [`Product::OWN`](super::Product::OWN) has its functions, in the same order. State that is not a parameter is in
-//! [`Product::State`](super::Product::State). [`Product::adapt`](super::Product::adapt) changes parameters that were taken from the
-//! memory, [`Product::settled`](super::Product::settled) can begin a save that no master has requested.
+//! [`Product::OWN`] has its functions, in the same order. State that is not a parameter is in
+//! [`Product::State`]. [`Product::adapt`] changes parameters that were taken from the
+//! memory, [`Product::settled`] can begin a save that no master has requested.
+//!
+//! A parameter is a number. For a text that is stored, the letters are parameters without an object, four in each of the type
+//! [`U32`](crate::param::DataType::U32); the functions of the own object read and write them.
 
 use super::Abort;
 use super::product::{ContextOf, ParametersOf, Product};

@@ -178,7 +178,8 @@ pub struct Parameter {
     pub permitted: Permitted,
     /// Numbers that stand for something, with its name: 2 is "5 Hz". They need not be all permitted numbers.
     pub meanings: &'static [Meaning],
-    /// The factory value as a raw number: FFFFh is -1 in an [`I16`](DataType::I16).
+    /// The factory value as a raw number: FFFFh is -1 in an [`I16`](DataType::I16), `1.5_f32.to_bits()` is 1.5 in a
+    /// [`Real32`](DataType::Real32).
     pub factory: u32,
     /// When it is stored, and whether at all.
     pub persistence: Persistence,

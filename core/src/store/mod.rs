@@ -49,7 +49,8 @@ pub use unit::{Name, Unit};
 use crate::measure::Calibration;
 use crate::measure::calibration::Part;
 
-/// Identifies the stored parameters of a product, so that a product does not use the parameters of another one. From 1 to 7FFFh.
+/// Identifies the stored parameters of a product, so that a product does not use the parameters of another one. From 1 to 7FFFh; a product
+/// outside of this crate takes one from 7000h on, because those below are for the products of the crate.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct ImageId(u16);
