@@ -8,12 +8,25 @@ pub struct Register {
     address: usize,
     /// The bits that only the boot changes.
     mask: u32,
+    /// The bits that keep their present value.
+    kept: u32,
 }
 
 impl Register {
     /// The bits of `mask` in the register at `address`. They can be read and written at any time.
     pub(super) const fn new(address: usize, mask: u32) -> Self {
-        Self { address, mask }
+        let kept = !mask;
+        Self {
+            address,
+            mask,
+            kept,
+        }
+    }
+
+    /// The other bits are written as 0: what is read of them is undefined.
+    #[cfg(feature = "stm32f103")]
+    pub(super) const fn with_others_0(self) -> Self {
+        Self { kept: 0, ..self }
     }
 
     fn place(&self) -> *mut u32 {
@@ -51,7 +64,7 @@ impl Configuration {
         for (value, register) in self.0.iter().zip(&REGISTERS) {
             let present = register.read();
             if (present ^ value) & register.mask != 0 {
-                register.write(present & !register.mask | value & register.mask);
+                register.write(present & register.kept | value & register.mask);
                 changed = true;
             }
         }

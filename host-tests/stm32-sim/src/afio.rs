@@ -12,6 +12,8 @@ use super::violation::Violations;
 
 /// SWJ_CFG in AFIO_MAPR: the debug port; write-only.
 const DEBUG_PORT: u32 = 0b111 << 24;
+/// What SWJ_CFG reads as. The manual does not define it: a program that writes it back switches the debug port off.
+const UNDEFINED: u32 = 0b100 << 24;
 const SPI1_REMAP: u32 = 1 << 0;
 const TIM3_REMAP: u32 = 0b11 << 10;
 const CAN_REMAP: u32 = 0b11 << 13;
@@ -87,7 +89,7 @@ impl Afio {
     /// Reads the register at `offset`.
     pub fn read(&mut self, offset: u32) -> Result<u32, AccessError> {
         match offset {
-            0x04 => Ok(self.remap),
+            0x04 => Ok(self.remap | UNDEFINED),
             0x08 | 0x0C | 0x10 | 0x14 => Ok(self.interrupt_sources[offset as usize / 4 - 2]),
             _ => Err(AccessError::Refused("AFIO: register not modelled")),
         }
@@ -186,7 +188,7 @@ mod tests {
     #[test]
     fn debug_port_setting_is_write_only() {
         let (mut afio, _) = set_up(0b010 << 24 | 0b10 << 13, 0x4444_4444, 0x4444_4444);
-        assert_eq!(afio.read(0x04), Ok(0b10 << 13));
+        assert_eq!(afio.read(0x04), Ok(UNDEFINED | 0b10 << 13));
         assert_eq!(afio.debug_port(), 0b010);
     }
 

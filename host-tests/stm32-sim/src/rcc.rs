@@ -11,6 +11,7 @@
 //! | 14h | 30h | RCC_AHBENR, RCC_AHB1ENR | peripheral clocks |
 //! | 18h, 1Ch | 44h, 40h | RCC_APB2ENR, RCC_APB1ENR | peripheral clocks |
 //! | 24h | 74h | RCC_CSR | reset flags, LSI |
+//! | | 50h, 60h, 64h | RCC_AHB1LPENR, RCC_APB1LPENR, RCC_APB2LPENR | clocks in sleep mode: stored, without effect |
 //! | | 8Ch | RCC_DCKCFGR | clocks of I2S and SAI: stored, without effect; TIMPRE is not modelled |
 //!
 //! All other registers, among them RCC_BDCR, are not modelled.
@@ -26,7 +27,7 @@ use super::chip::Chip;
 use super::io::AccessError;
 use super::timebase::{MICROSECOND, Picoseconds, Timebase};
 use super::violation::Violations;
-use layout::{Layout, Register};
+use layout::{Layout, Register, SLEEP_RESET, SLEEP_WRITABLE};
 
 /// The crystal on the Blue Pill, and the clock from the ST-LINK on a Nucleo, in Hz.
 pub const CRYSTAL: u32 = 8_000_000;
@@ -123,6 +124,8 @@ pub struct Rcc {
     pll_config: u32,
     /// RCC_DCKCFGR, only on the STM32F446.
     dedicated_clocks: u32,
+    /// The clocks in sleep mode, only on the STM32F446.
+    sleep: [u32; 3],
     source: Source,
     hsi: Oscillator,
     hse: Oscillator,
@@ -160,6 +163,7 @@ impl Rcc {
             layout,
             pll_config: layout.pll_reset,
             dedicated_clocks: 0,
+            sleep: SLEEP_RESET,
             timebase: Timebase::new(chip.facts().hsi),
             cr: CR_RESET,
             cfgr: 0,
@@ -297,6 +301,7 @@ impl Rcc {
             Register::Apb2Enable => self.apb2_enable,
             Register::Apb1Enable => self.apb1_enable,
             Register::DedicatedClocks => self.dedicated_clocks,
+            Register::Sleep(bus) => self.sleep[bus],
             Register::Csr => {
                 let ready = ready(self.lsi, LSI_READY) | ready(self.watchdog_lsi, LSI_READY);
                 self.reset_flags | u32::from(self.lsi_on) | ready
@@ -329,6 +334,10 @@ impl Rcc {
             Register::DedicatedClocks => {
                 violations.check(value & TIMER_PRESCALER != 0, "RCC_DCKCFGR", "not modelled");
                 self.dedicated_clocks = value;
+            }
+            Register::Sleep(bus) => {
+                let writable = SLEEP_WRITABLE[bus];
+                self.sleep[bus] = value & writable | SLEEP_RESET[bus] & !writable;
             }
             Register::Csr => self.write_csr(cycle, value),
         }

@@ -60,6 +60,8 @@ fn others() -> Vec<Bits> {
             (0x4002_3808, 0x0000_FCF3),
             (0x4002_3830, 0x0020_0007),
             (0x4002_3840, 0x1200_4002),
+            (0x4002_3850, 0x0020_8007),
+            (0x4002_3860, 0x1200_4006),
             (0x4002_0000, !0),
             (0x4002_000C, !0),
             (0x4002_0024, !0),
@@ -166,6 +168,20 @@ pub fn disturbed_bits_of_the_can_controller_are_restored() {
 #[test]
 pub fn disturbed_bits_of_clocks_pins_and_timers_are_restored() {
     each_bit(&others());
+}
+
+/// What AFIO_MAPR.SWJ_CFG reads as is undefined, so it must not be written back.
+#[test]
+pub fn restored_mapping_of_pins_keeps_the_debug_port_on() {
+    const AFIO_MAPR: u32 = 0x4001_0004;
+    const CAN_REMAP: u32 = 14;
+    let mut rig = running();
+    let starts = rig.device().boots();
+    let before = invert(&mut rig, AFIO_MAPR, CAN_REMAP).expect("a register");
+    recover(&mut rig, AFIO_MAPR, CAN_REMAP, before);
+    assert_eq!(rig.device().boots(), starts, "without a restart");
+    assert_eq!(rig.io().0.afio.debug_port(), 0);
+    std::mem::forget(rig);
 }
 
 #[test]

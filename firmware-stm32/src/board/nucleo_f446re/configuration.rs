@@ -3,7 +3,7 @@
 use crate::board::registers::Register;
 
 /// The registers of the [`Configuration`](crate::board::Configuration).
-pub(in crate::board) const REGISTERS: [Register; 29] = [
+pub(in crate::board) const REGISTERS: [Register; 32] = [
     // RCC: the resets of AHB1, APB1 and APB2, the enables, the oscillators without their ready flags, the clock tree without SWS. The main
     // loop switches TIM4 on.
     Register::new(0x4002_3810, !0),
@@ -12,6 +12,10 @@ pub(in crate::board) const REGISTERS: [Register; 29] = [
     Register::new(0x4002_3830, !0),
     Register::new(0x4002_3840, !(1 << 2)),
     Register::new(0x4002_3844, !0),
+    // The clocks in sleep mode of AHB1, APB1 and APB2: without that of CAN, the sensor is mute while the core sleeps.
+    Register::new(0x4002_3850, !0),
+    Register::new(0x4002_3860, !0),
+    Register::new(0x4002_3864, !0),
     Register::new(0x4002_3800, 0x010D_00F9),
     Register::new(0x4002_3808, !0b1100),
     // FLASH_ACR.

@@ -18,8 +18,8 @@ pub(in crate::board) const REGISTERS: [Register; 25] = [
     Register::new(0x4002_2000, 0x1F),
     // PWR_CR: the voltage detector.
     Register::new(0x4000_7000, 0xF0),
-    // AFIO_MAPR without SWJ_CFG, which cannot be read.
-    Register::new(0x4001_0004, 0x00FF_FFFF),
+    // AFIO_MAPR without SWJ_CFG, which cannot be read. Written as 000, the debug port stays on.
+    Register::new(0x4001_0004, 0x00FF_FFFF).with_others_0(),
     // GPIO A, B, C: modes without that of TXD; pull-ups of the accelerometer's output and of RXD, level of TXD.
     Register::new(0x4001_0800, !0),
     Register::new(0x4001_0804, !0),

@@ -20,7 +20,13 @@ pub(super) enum Register {
     Csr,
     /// RCC_DCKCFGR (STM32F446).
     DedicatedClocks,
+    /// RCC_AHB1LPENR, RCC_APB1LPENR and RCC_APB2LPENR (STM32F446).
+    Sleep(usize),
 }
+
+/// The clocks in sleep mode after a reset, all of them on, and the bits that can be written (STM32F446, from the SVD).
+pub(super) const SLEEP_RESET: [u32; 3] = [0x7E67_91FF, 0x36FE_C9FF, 0x0007_5F33];
+pub(super) const SLEEP_WRITABLE: [u32; 3] = [0x6067_90FF, 0x3FFF_C9FF, 0x00C7_7F33];
 
 /// The reserved bits of the registers that are checked for them.
 #[derive(Debug)]
@@ -163,6 +169,9 @@ static F446: Layout = Layout {
         (0x30, Register::AhbEnable),
         (0x40, Register::Apb1Enable),
         (0x44, Register::Apb2Enable),
+        (0x50, Register::Sleep(0)),
+        (0x60, Register::Sleep(1)),
+        (0x64, Register::Sleep(2)),
         (0x74, Register::Csr),
         (0x8C, Register::DedicatedClocks),
     ],
