@@ -22,8 +22,8 @@ impl Flash {
 
     /// Waits for the end of the operation.
     fn wait(&mut self) {
-        // BSY is set one cycle after the start.
-        cortex_m::asm::nop();
+        // BSY is set one cycle after the store that starts the operation (errata sheet ES096), which can still be in the write buffer.
+        cortex_m::asm::dsb();
         while self.0.sr().read().bsy().bit_is_set() {}
     }
 
