@@ -103,8 +103,9 @@ impl Wires for ImuWires {
 
     fn exchange(&mut self, bytes: &mut [u8]) -> Result<(), SpiError> {
         let sent = SpiBus::transfer_in_place(&mut self.spi, bytes);
-        sent.and_then(|()| SpiBus::flush(&mut self.spi))
-            .map_err(|_| SpiError)
+        // The last byte is read half a period before the end of its clock, and `flush` of the HAL does not wait for it.
+        while self.spi.is_busy() {}
+        sent.map_err(|_| SpiError)
     }
 }
 
@@ -183,8 +184,11 @@ impl Board {
             .pa11
             .into_alternate::<9>()
             .set_internal_resistor(stm32f4xx_hal::gpio::Pull::Up);
-        // TXD is recessive until `connect_transmitter`.
-        gpioa.pa12.into_push_pull_output_in_state(PinState::High);
+        // TXD is recessive until `connect_transmitter`. An edge at low speed takes up to 100 ns, a tenth of a bit at 1 Mbit/s.
+        gpioa
+            .pa12
+            .into_push_pull_output_in_state(PinState::High)
+            .set_speed(Speed::Medium);
         // SAFETY: the register selects the alternate functions; PA11 has its own already, and 9 is that of CAN1 at PA12.
         unsafe { pac::GPIOA::steal() }
             .afrh()
