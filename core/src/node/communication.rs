@@ -120,39 +120,52 @@ impl<A: Application, P: Protocol<A>> Communication<A, P> {
         self.context.shell.is_leaving()
     }
 
-    /// Publishes the values of a reading. The first ones start the protocol. During a restart they are discarded.
-    pub fn sampled(&mut self, now: Instant, values: A::Values) {
+    /// Takes over the values of a reading. During a restart they are discarded. Then call [`sampled`](Self::sampled), in a use of its own:
+    /// so each use is short, and a frame between the two gets the new values.
+    pub fn renew(&mut self, values: &A::Values) {
+        if !self.context.shell.is_leaving() {
+            self.context.values = *values;
+        }
+    }
+
+    /// Handles new values of a reading. The first ones start the protocol.
+    pub fn sampled(&mut self, now: Instant) {
         if !self.context.shell.is_leaving() {
             self.context.shell.sampled(now);
-            self.judge(now, values);
+            self.judge(now);
         }
     }
 
     /// Publishes the values of a finished task.
-    pub fn finish(&mut self, now: Instant, task: &Task<A>, values: A::Values) {
+    pub fn finish(&mut self, now: Instant, task: &Task<A>, values: &A::Values) {
         match task {
             Task::Apply(_) => {
                 self.context.shell.block(cause::PARAMETERS, false);
-                self.take_over(now, values);
+                self.context.values = *values;
+                self.take_over(now);
             }
-            Task::Stale => self.judge(now, values),
+            Task::Stale => {
+                self.context.values = *values;
+                self.judge(now);
+            }
         }
         self.context.shell.wake_up();
     }
 
     /// Publishes new values that are neither from a reading nor from a task. During a restart they are discarded.
-    pub fn publish(&mut self, now: Instant, values: A::Values) {
+    pub fn publish(&mut self, now: Instant, values: &A::Values) {
         if !self.context.shell.is_leaving() {
-            self.take_over(now, values);
+            self.context.values = *values;
+            self.take_over(now);
             self.context.shell.wake_up();
         }
     }
 
     /// Takes over the values of a reading, or of missing readings. With the first ones the protocol starts: no frame has values that
     /// were not measured, unless the accelerometer has failed.
-    fn judge(&mut self, now: Instant, values: A::Values) {
+    fn judge(&mut self, now: Instant) {
         let starts = self.context.shell.starts();
-        self.take_over(now, values);
+        self.take_over(now);
         if starts {
             self.protocol.start(&mut self.context, now);
             self.join(now);
@@ -160,9 +173,13 @@ impl<A: Application, P: Protocol<A>> Communication<A, P> {
     }
 
     #[inline(always)] // without it, an answer of the IMS360 takes up to 22.3 us, the limit is 22 us
-    fn take_over(&mut self, now: Instant, values: A::Values) {
-        self.context.values = values;
-        if A::HAS_OUTPUTS && !self.context.shell.has_reported(values.outputs()) {
+    fn take_over(&mut self, now: Instant) {
+        if A::HAS_OUTPUTS
+            && !self
+                .context
+                .shell
+                .has_reported(self.context.values.outputs())
+        {
             self.context.shell.wake_up();
         }
         // The values of a stopped application are not published: the protocol would report them as faults.

@@ -176,7 +176,8 @@ fn values_during_restart_do_not_switch_heater_on() {
         ..Reading::default()
     };
     let heating = acquisition.sample(NOW, &cold);
-    communication.sampled(NOW, heating);
+    communication.renew(&heating);
+    communication.sampled(NOW);
     assert!(heating.outputs().heater() > Some(0));
     receive::<Is1tk>(communication, RESET);
     let task = communication.task(NOW).unwrap();
@@ -184,7 +185,8 @@ fn values_during_restart_do_not_switch_heater_on() {
     communication.finish(NOW, &task, values);
     assert_eq!(action::<Is1tk>(communication), Some(Action::Heater(0)));
     communication.publish(NOW, heating);
-    communication.sampled(NOW, heating);
+    communication.renew(&heating);
+    communication.sampled(NOW);
     while communication.transmit().is_some() {}
     assert_eq!(action::<Is1tk>(communication), Some(Action::Restart));
     assert_eq!(action::<Is1tk>(communication), None);

@@ -45,7 +45,7 @@ impl<A: Application> Acquisition<A> {
                 return;
             };
             let values = self.perform(now, task);
-            reach.call(|node, now| node.finish(now, task, values));
+            reach.call(|node, now| node.finish(now, task, &values));
         }
     }
 
@@ -62,7 +62,8 @@ impl<A: Application> Acquisition<A> {
         }
         let now = reach.now();
         let values = self.sample(now, reading);
-        reach.with(|node| node.sampled(now, values));
+        reach.with(|node| node.renew(&values));
+        reach.with(|node| node.sampled(now));
     }
 
     /// Publishes values that have changed without a reading.
@@ -72,7 +73,7 @@ impl<A: Application> Acquisition<A> {
         values: Option<A::Values>,
     ) {
         if let Some(values) = values {
-            reach.call(|node, now| node.publish(now, values));
+            reach.call(|node, now| node.publish(now, &values));
         }
     }
 
