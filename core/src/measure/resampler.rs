@@ -13,13 +13,13 @@
 //! The weights are symmetric in time: the delay is half their number in values of the accelerometer, equal at all frequencies. The
 //! response is a minimax design (linear programming), one for 833 Hz and one for 1000 Hz, with an error of the oscillator of up to 5 %:
 //!
-//! | frequency | gain with 20 weights, for 833 Hz | with 22 weights, for 1000 Hz |
+//! | frequency | gain with 20 weights, for 833 Hz | with 24 weights, for 1000 Hz |
 //! |---|---|---|
 //! | constant | exactly 1 | exactly 1 |
 //! | up to 25 Hz | within 0.03 dB | within 0.03 dB |
 //! | 80 Hz | -3.8 to -5.5 dB | -4.2 to -6.0 dB |
 //! | from 160 Hz to half of the rate | below -40 dB | below -40 dB |
-//! | from 185 Hz to half of the rate | below -60 dB | below -59 dB |
+//! | from 185 Hz to half of the rate | below -60 dB | below -58.8 dB |
 //!
 //! ```
 //! use plumbline::measure::{I32x3, ONE_G, resampler::Resampler};

@@ -74,7 +74,7 @@ fn frame_waits_until_parameters_of_earlier_write_are_applied() {
     assert!(matches!(task, Task::Apply(_)));
     let values = acquisition.perform(NOW, &task);
     assert!(!communication.ready(), "not published yet");
-    communication.finish(NOW, &task, values);
+    communication.finish(NOW, &task, &values);
     assert!(communication.task(NOW).is_none());
     receive::<Is2>(communication, READ);
     assert_eq!(sent::<Is2>(communication), ["301#2702", "301#1702D00701"]);
@@ -102,7 +102,7 @@ fn node_takes_no_frame_during_restart() {
     let task = communication.task(NOW).unwrap();
     assert!(matches!(task, Task::Stale));
     let values = acquisition.perform(NOW, &task);
-    communication.finish(NOW, &task, values);
+    communication.finish(NOW, &task, &values);
     assert_eq!(action::<Is2>(communication), Some(Action::Restart));
     assert!(!communication.ready());
 }
@@ -130,7 +130,7 @@ fn frames_that_waited_for_save_are_handled_before_later_frames() {
     assert!(!communication.resume(NOW), "not applied yet");
     let task = communication.task(NOW).unwrap();
     let values = acquisition.perform(NOW, &task);
-    communication.finish(NOW, &task, values);
+    communication.finish(NOW, &task, &values);
     assert!(!communication.ready(), "the last request is next");
     assert!(communication.resume(NOW));
     assert!(communication.ready());
@@ -151,7 +151,7 @@ fn save_that_begins_between_two_steps_is_not_lost() {
         let (communication, acquisition) = node.halves();
         // New values request the steps of the timers.
         let values = acquisition.sample(NOW, &Reading::default());
-        communication.publish(NOW, values);
+        communication.publish(NOW, &values);
         let more = (0..steps).all(|_| communication.tick(NOW));
         receive::<Is2>(communication, SAVE);
         if more {
@@ -182,9 +182,9 @@ fn values_during_restart_do_not_switch_heater_on() {
     receive::<Is1tk>(communication, RESET);
     let task = communication.task(NOW).unwrap();
     let values = acquisition.perform(NOW, &task);
-    communication.finish(NOW, &task, values);
+    communication.finish(NOW, &task, &values);
     assert_eq!(action::<Is1tk>(communication), Some(Action::Heater(0)));
-    communication.publish(NOW, heating);
+    communication.publish(NOW, &heating);
     communication.renew(&heating);
     communication.sampled(NOW);
     while communication.transmit().is_some() {}

@@ -242,7 +242,7 @@ fn bands_at_1000_hz_have_stated_gain() {
             }
         }
         for frequency in (160..=500).step_by(every(4)) {
-            let limit = if frequency < 185 { 1e-2 } else { 1.12e-3 };
+            let limit = if frequency < 185 { 1e-2 } else { 1.148e-3 };
             for phase in [0.0, 0.25] {
                 let signal = |time: f64| (TAU * (f64::from(frequency) * time + phase)).sin();
                 let peak = peak(&weighted_outputs::<TAPS_1000>(rate, 2000, signal));
