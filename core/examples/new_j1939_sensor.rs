@@ -101,7 +101,7 @@ fn group(node: &Context<Slope>) -> [u8; 8] {
     let defective = node.values.faults().intersects(Faults::SENSOR);
     let [slope] = node.values.numbers;
     // All bits of a number that is not available are 1.
-    let raw = if defective { 0xFFFF } else { slope + 300_00 };
+    let raw = if defective { 0xFFFF } else { slope + 30_000 };
     let [low, high, ..] = raw.to_le_bytes();
     let status = 0xFC | u8::from(defective);
     [low, high, status, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF]

@@ -275,8 +275,8 @@ fn other_protocol_transports_the_same_objects_from_the_restart_that_selects_it()
         ask(&mut t, "614#2F03200001000000"),
         ["594#6003200000000000", "7A2#"]
     );
-    assert!(t.accepts(standard(0x7A0).into()));
-    assert!(!t.accepts(standard(0x614).into()));
+    assert!(t.accepts(standard(0x7A0)));
+    assert!(!t.accepts(standard(0x614)));
     assert_eq!(
         ask(&mut t, "7A0#4010600000000000"),
         ["7A1#4B106000D2040000"]

@@ -286,10 +286,13 @@ fn nothing_valid_is_told_and_is_no_zero_point() {
     }
 }
 
+/// Causes a fault.
+type Fail = fn(&mut Bench);
+
 /// It never looks level.
 #[test]
 fn dead_or_wrong_accelerometer_is_told_at_power_up() {
-    let failures: [(&str, fn(&mut Bench)); 2] = [
+    let failures: [(&str, Fail); 2] = [
         ("dead", |bench| bench.measure(DEAD)),
         ("IIS2ICLX", |bench| {
             let imu = &mut bench.chip().io_mut().imu;

@@ -11,6 +11,7 @@ pub const FACTS: Facts = Facts {
     microcontroller: "STM32F103C8",
     chip: Chip::F103,
     flash: 64 * 1024,
+    #[expect(clippy::single_range_in_vec_init, reason = "one area of addresses")]
     program: &[0x0800_0000..0x0800_F800],
     // The last two pages.
     parameters: 0x0800_F800..0x0801_0000,

@@ -11,6 +11,7 @@ pub const FACTS: Facts = Facts {
     microcontroller: "STM32F103RB",
     chip: Chip::F103,
     flash: 128 * 1024,
+    #[expect(clippy::single_range_in_vec_init, reason = "one area of addresses")]
     program: &[0x0800_0000..0x0801_F800],
     // The last two pages.
     parameters: 0x0801_F800..0x0802_0000,
