@@ -28,9 +28,14 @@ fn main() {
     // The linker searches here for the scripts that link.x includes, also for a program of another package.
     let folder = PathBuf::from(var_os("OUT_DIR").expect("cargo sets OUT_DIR"));
     println!("cargo:rustc-link-search={}", folder.display());
-    let memory = memory(board);
-    println!("cargo:rerun-if-changed={}", memory.display());
-    copy(memory, folder.join("memory.x")).expect("the folder can be written");
+    // In the published package, the file is beside this one.
+    let common = ["memory.x", "../memory.x"].map(PathBuf::from);
+    let common = common.into_iter().find(|path| path.exists());
+    let common = common.expect("the package contains memory.x");
+    for (script, name) in [(common, "memory.x"), (regions(board), "regions.x")] {
+        println!("cargo:rerun-if-changed={}", script.display());
+        copy(script, folder.join(name)).expect("the folder can be written");
+    }
     write(folder.join("board.x"), name_section(board)).expect("the folder can be written");
     // The boards with an STM32F103 have a vector table of their own. cortex-m-rt expects the names of its handlers in this file: this one is only in
     // products that detect the bit rate.
@@ -58,15 +63,15 @@ fn name_section(board: &str) -> String {
     format!("SECTIONS {{ .plumbline.board 0 (INFO) : {{{bytes} }} }}\n")
 }
 
-/// The memory layout of a board.
-fn memory(board: &str) -> PathBuf {
-    Path::new("src/board").join(board).join("memory.x")
+/// The memory regions of a board, which `memory.x` includes.
+fn regions(board: &str) -> PathBuf {
+    Path::new("src/board").join(board).join("regions.x")
 }
 
-/// The board that this variable of cargo selects: its feature has the name of its folder, which contains the memory layout.
+/// The board that this variable of cargo selects: its feature has the name of its folder, which contains its memory regions.
 fn board(variable: &str) -> Option<String> {
     let board = variable.strip_prefix("CARGO_FEATURE_")?.to_lowercase();
-    memory(&board).exists().then_some(board)
+    regions(&board).exists().then_some(board)
 }
 
 /// Fails without the compiler flag of `.cargo/config.toml`: RUSTFLAGS replaces the flags there, and cargo finds that file only from inside

@@ -4,7 +4,7 @@ use crate::board::{pac, supply_is_low};
 use crate::flash::Sectors;
 use embedded_storage::nor_flash::NorFlashErrorKind;
 
-/// Sectors 2 and 3 of the flash. memory.x excludes them from the program memory.
+/// Sectors 2 and 3 of the flash. regions.x excludes them from the program memory.
 ///
 /// It uses the registers directly, because the HAL erases 128 KiB at a time, programs single bytes and does not reset the data
 /// cache.

@@ -5,7 +5,7 @@ use crate::board::{PARAMETERS, supply_is_low};
 use crate::flash::Sectors;
 use embedded_storage::nor_flash::NorFlashErrorKind;
 
-/// The last two pages of the flash. memory.x excludes them from the program memory.
+/// The last two pages of the flash. regions.x excludes them from the program memory.
 pub struct Flash(pac::FLASH);
 
 impl Flash {
