@@ -16,7 +16,7 @@ fn main() {
     }
     let boards: Vec<String> = vars().filter_map(|(name, _)| board(&name)).collect();
     let [board] = &boards[..] else {
-        // The library says so.
+        // The library reports the error.
         return;
     };
     println!("cargo:rustc-cfg=board");
@@ -37,8 +37,8 @@ fn main() {
         copy(script, folder.join(name)).expect("the folder can be written");
     }
     write(folder.join("board.x"), name_section(board)).expect("the folder can be written");
-    // The boards with an STM32F103 have a vector table of their own. cortex-m-rt expects the names of its handlers in this file: this one is only in
-    // products that detect the bit rate.
+    // The boards with an STM32F103 have a vector table of their own. cortex-m-rt expects the names of its handlers in this file: this one
+    // is only in products that detect the bit rate.
     if is_f103 {
         let handlers = "PROVIDE(TIM4 = DefaultHandler);\n";
         write(folder.join("device.x"), handlers).expect("the folder can be written");

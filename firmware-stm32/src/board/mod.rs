@@ -1,5 +1,6 @@
 //! The boards: clocks, pins and constants. One of them is compiled. The rest of the firmware uses only the names of this module.
 
+use crate::flash::ParameterFlash;
 use crate::silicon;
 use core::sync::atomic::{AtomicU8, Ordering};
 use cortex_m::peripheral::SYST;
@@ -30,6 +31,26 @@ pub use nucleo_f103rb::*;
 mod nucleo_f446re;
 #[cfg(feature = "nucleo-f446re")]
 pub use nucleo_f446re::*;
+
+/// The parts of the board that the firmware uses, initialised.
+pub struct Board {
+    /// The timer of the time base.
+    pub systick: SYST,
+    /// The independent watchdog, which runs already.
+    pub watchdog: Watchdog,
+    /// The status LEDs, all of them off.
+    pub leds: StatusLeds,
+    /// Heater and terminating resistor, off.
+    pub switches: Switches,
+    /// The CAN controller, with its clock and pins, still in reset state.
+    pub can: CanPeripheral,
+    /// The SPI and the chip select of the accelerometer.
+    pub imu: ImuWires,
+    /// The part of the flash with the records of the node.
+    pub flash: ParameterFlash<Flash>,
+    /// The serial number of the sensor, from the unique identifier of the chip.
+    pub serial: u32,
+}
 
 /// The watchdog resets the board unless it is fed within this time. Nominal 2 s. Because of the tolerance of the watchdog
 /// oscillators (30 to 60 kHz on the F103, 17 to 47 kHz on the F446), it is at least 1.3 s. The longest stall is an erase of up to

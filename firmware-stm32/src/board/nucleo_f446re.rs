@@ -33,13 +33,13 @@ pub(super) use configuration::REGISTERS;
 pub use flash::Flash;
 
 use super::{
-    HEATER_PERIOD_US, SPI_CLOCK_HZ, WATCHDOG_PERIOD_MS, log_silicon, note_reset, start_oscillator,
+    Board, HEATER_PERIOD_US, SPI_CLOCK_HZ, WATCHDOG_PERIOD_MS, log_silicon, note_reset,
+    start_oscillator,
 };
 use crate::flash::ParameterFlash;
 use crate::imu::mounting::Mounting;
 use crate::imu::{SpiError, Wires};
 use crate::silicon;
-use cortex_m::peripheral::SYST;
 use embedded_hal::spi::{MODE_0, SpiBus};
 use plumbline::node::Leds;
 use stm32f4xx_hal::gpio::{Output, PA5, PB1, PB10, PB12, PC6, PC7, PinState, Speed};
@@ -111,26 +111,6 @@ impl Wires for ImuWires {
 
 /// The watchdog, whose time the main loop restarts.
 pub type Watchdog = IndependentWatchdog;
-
-/// The parts of the board that the firmware uses, initialised.
-pub struct Board {
-    /// The timer of the time base.
-    pub systick: SYST,
-    /// The independent watchdog, which runs already.
-    pub watchdog: Watchdog,
-    /// The status LEDs, all of them off.
-    pub leds: StatusLeds,
-    /// Heater and terminating resistor, off.
-    pub switches: Switches,
-    /// The CAN controller, with its clock and pins, still in reset state.
-    pub can: CanPeripheral,
-    /// The SPI and the chip select of the accelerometer.
-    pub imu: ImuWires,
-    /// The two sectors with the records of the node.
-    pub flash: ParameterFlash<Flash>,
-    /// The serial number of the sensor, from the unique identifier of the chip.
-    pub serial: u32,
-}
 
 impl Board {
     /// Initialises watchdog, clocks and pins.

@@ -22,13 +22,12 @@ pub(super) use configuration::REGISTERS;
 pub use flash::Flash;
 
 use super::{
-    HEATER_PERIOD_US, SPI_BUS_CLOCK, SPI_CLOCK_HZ, Spi, StatusLeds, WATCHDOG_PERIOD_MS,
+    Board, HEATER_PERIOD_US, SPI_BUS_CLOCK, SPI_CLOCK_HZ, Spi, StatusLeds, WATCHDOG_PERIOD_MS,
     connect_spi, log_silicon, note_reset, select_imu, set_own_pins, start_oscillator,
 };
 use crate::flash::ParameterFlash;
 use crate::imu::{SpiError, Wires};
 use crate::silicon;
-use cortex_m::peripheral::SYST;
 pub(super) use stm32f1::stm32f103 as pac;
 pub use stm32f1::stm32f103::Interrupt;
 
@@ -69,26 +68,6 @@ pub const CAN_TRANSMIT_INTERRUPT: pac::Interrupt = pac::Interrupt::USB_HP_CAN_TX
 
 /// CPUID of a microcontroller of ST.
 pub(super) const GENUINE_CPUID: u32 = silicon::STM32F103;
-
-/// The parts of the board that the firmware uses, initialised.
-pub struct Board {
-    /// The timer of the time base.
-    pub systick: SYST,
-    /// The independent watchdog, which runs already.
-    pub watchdog: Watchdog,
-    /// The status LEDs, all of them off.
-    pub leds: StatusLeds,
-    /// Heater and terminating resistor, off.
-    pub switches: Switches,
-    /// The CAN controller, with its clock and pins, still in reset state.
-    pub can: CanPeripheral,
-    /// The SPI and the chip select of the accelerometer.
-    pub imu: ImuWires,
-    /// The two pages with the records of the node.
-    pub flash: ParameterFlash<Flash>,
-    /// The serial number of the sensor, from the unique identifier of the chip.
-    pub serial: u32,
-}
 
 impl Board {
     /// Initialises watchdog, clocks and pins.

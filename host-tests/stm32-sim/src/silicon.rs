@@ -41,7 +41,7 @@ pub struct Silicon {
     pub debug_reads: bool,
     /// The flash has the wait states of FLASH_ACR; otherwise none.
     pub waits: bool,
-    /// The flash in bytes. The signature contains the size of the data sheet.
+    /// The flash in bytes. The electronic signature contains the size that the data sheet states.
     pub flash: usize,
 }
 

@@ -1,4 +1,4 @@
-//! The catalogue entry of a product with J1939: alone, or besides CANopen.
+//! The catalogue entry of a product with J1939: alone, or beside CANopen.
 
 use super::{Article, Product, Protocol};
 use crate::j1939::diagnostics::Code;

@@ -280,8 +280,8 @@ impl<'a, H: Exchange + ?Sized, C: Controller> Link<'a, H, C> {
         moves | (self.node.is_sending() && self.send())
     }
 
-    /// [`transmit`](Self::transmit) as a call, where no answer is sent. Measured: with both inlined, an answer of the IS2 takes up to
-    /// 15.5 us, the limit is 15 us; with both called, one of the IMS360 takes up to 22.6 us, the limit is 22 us.
+    /// [`transmit`](Self::transmit) as a call, where no answer is sent. Measured: with both inlined, the slowest answer of the IS2 takes longer;
+    /// with both called, that of the IMS360.
     #[inline(never)]
     fn send(&mut self) -> bool {
         self.transmit()
