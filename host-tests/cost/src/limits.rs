@@ -28,7 +28,7 @@ const STACK: u64 = 12 * 1024;
 fn answers(product: &Product) -> (Messages, u64) {
     match product.protocol {
         Protocol::Fsc(_) => (Messages::All, 15_000),
-        Protocol::Canopen(tables) if tables.j1939.is_some() => (Messages::All, 23_000),
+        Protocol::Canopen(tables) if tables.j1939.is_some() => (Messages::All, 22_000),
         Protocol::Canopen(_) | Protocol::J1939(_) => (Messages::All, 20_000),
         Protocol::Devicenet(_) => (Messages::Polls, 26_000),
     }
@@ -167,7 +167,7 @@ mod tests {
             ("is2", "sync_worst", 15_000),
             ("is1tk", "heater_read_worst", 15_000),
             ("jn2101", "led_worst", 20_000),
-            ("ims360", "read_worst", 23_000),
+            ("ims360", "read_worst", 22_000),
             ("tiltix080", "sync_worst", 26_000),
             ("is1", "flash", 54_272),
             ("ims360", "flash", 63_488),

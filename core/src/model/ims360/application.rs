@@ -1,7 +1,7 @@
 //! The measurement and actions of the IMS360: angles, raw values, temperature, supply voltage, faults and automatic zero.
 
 use super::Ims360Product;
-use super::measuring::Measuring;
+use super::measuring::{Measuring, measured};
 use super::parameters::{HIGHEST_CRITICALLY_DAMPED, are_consistent, has_two_axes, id};
 use super::range::{Beyond, RangeFault};
 use crate::angle::Angle;
@@ -20,21 +20,21 @@ pub mod value {
         Y,
         /// Specific force X, Y, Z in 0.001 g (3011h to 3013h).
         FORCE32[3],
-        /// The same, limited to the range of 16 bits (3010h).
-        FORCE16[3],
         /// Angular rate X, Y, Z in 0.001 deg/s (3021h to 3023h).
         RATE32[3],
-        /// Angular rate X, Y, Z in 0.1 deg/s, limited to the range of 16 bits (3020h).
-        RATE16[3],
-        /// Temperature of the measuring cell in degC (6511h).
-        TEMPERATURE,
         /// Supply voltage in mV; 0: not measured (2020h:01).
         SUPPLY,
+        /// Temperature of the measuring cell in degC (6511h).
+        TEMPERATURE,
+        /// Specific force X, Y, Z in 0.001 g, limited to the range of 16 bits (3010h).
+        FORCE16[3],
+        /// Angular rate X, Y, Z in 0.1 deg/s, limited to the range of 16 bits (3020h).
+        RATE16[3],
     }
 }
 
-/// The number of published values.
-const VALUES: usize = 16;
+/// The number of published values of 32 bits: the first ids, before those of at most 16 bits.
+const LONG: usize = 9;
 
 /// The limits of the supply voltage for the emergency 3100h.
 pub(super) const SUPPLY: Limits = Limits::VEHICLE;
@@ -47,15 +47,18 @@ pub(super) const ZERO_X: u32 = 1;
 /// Auto zero: the second axis.
 pub(super) const ZERO_Y: u32 = 2;
 
-/// The published values, and the angles from which a zero offset is calculated.
+/// The published values, and the angles from which a zero offset is calculated. They are small, because a frame that is received while they
+/// are copied waits.
 #[derive(Clone, Copy, Debug)]
 pub struct Inclination {
-    /// The values in the order of their ids.
-    numbers: [i32; VALUES],
-    /// The angles without offset, in 0.01 deg; None before the first sample.
-    measured: Option<[i32; 2]>,
+    /// The values of 32 bits in the order of their ids.
+    long: [i32; LONG],
+    /// The values of at most 16 bits in the order of their ids.
+    short: [i16; 7],
     /// The angles without offset, not rounded.
     fine: [Angle; 2],
+    /// There was a sample.
+    has_measured: bool,
     /// How the angles are out of range.
     beyond: [Beyond; 2],
     /// The angles may become a zero point.
@@ -66,7 +69,7 @@ pub struct Inclination {
 impl Inclination {
     /// The angles without offset, not rounded; None before the first sample.
     pub(super) fn fine(&self) -> Option<[Angle; 2]> {
-        self.measured.map(|_| self.fine)
+        self.has_measured.then_some(self.fine)
     }
 
     /// How the angles are out of range.
@@ -77,17 +80,22 @@ impl Inclination {
 
 impl Values for Inclination {
     const INITIAL: Self = Self {
-        numbers: [0; VALUES],
-        measured: None,
+        long: [0; LONG],
+        short: [0; 7],
         fine: [Angle::ZERO; 2],
+        has_measured: false,
         beyond: [Beyond::No; 2],
         is_valid: false,
         faults: Faults::NONE,
     };
 
     fn number(&self, id: ValueId) -> u32 {
-        let number = self.numbers.get(usize::from(id.0));
-        number.copied().unwrap_or(0) as u32
+        let place = usize::from(id.0);
+        let number = match place.checked_sub(LONG) {
+            None => self.long.get(place).copied(),
+            Some(place) => self.short.get(place).copied().map(i32::from),
+        };
+        number.unwrap_or(0) as u32
     }
 
     fn faults(&self) -> Faults {
@@ -112,29 +120,29 @@ impl Ims360Application {
         let [rx, ry, rz] = self.measuring.rate(1000);
         let [force_x, force_y, force_z] = [fx, fy, fz].map(limited);
         let [rate_x, rate_y, rate_z] = self.measuring.rate(10).map(limited);
-        let numbers = [
-            x,
-            y,
-            fx,
-            fy,
-            fz,
-            force_x,
-            force_y,
-            force_z,
-            rx,
-            ry,
-            rz,
-            rate_x,
-            rate_y,
-            rate_z,
-            self.temperature.into(),
-            self.supply.millivolts().into(),
-        ];
-        let measured = self.measuring.has_measured();
         Inclination {
-            numbers,
-            measured: measured.then(|| self.measuring.measured()),
+            long: [
+                x,
+                y,
+                fx,
+                fy,
+                fz,
+                rx,
+                ry,
+                rz,
+                self.supply.millivolts().into(),
+            ],
+            short: [
+                self.temperature.into(),
+                force_x,
+                force_y,
+                force_z,
+                rate_x,
+                rate_y,
+                rate_z,
+            ],
             fine: self.measuring.fine(),
+            has_measured: self.measuring.has_measured(),
             beyond: self.ranges.map(RangeFault::state),
             is_valid: self.measuring.validity().is_valid(),
             faults: self.faults(),
@@ -196,17 +204,17 @@ impl Application for Ims360Application {
             "Acceleration HiRes Z axis",
             DataType::I32,
         ),
-        force(value::FORCE16[0], "Acceleration X axis", DataType::I16),
-        force(value::FORCE16[1], "Acceleration Y axis", DataType::I16),
-        force(value::FORCE16[2], "Acceleration Z axis", DataType::I16),
         rate(value::RATE32[0], "Gyroscope HiRes X axis", DataType::I32),
         rate(value::RATE32[1], "Gyroscope HiRes Y axis", DataType::I32),
         rate(value::RATE32[2], "Gyroscope HiRes Z axis", DataType::I32),
+        Quantity::new(value::SUPPLY, "Supply voltage", DataType::U32).in_unit("mV", 0),
+        Quantity::new(value::TEMPERATURE, "Device temperature", DataType::I8).in_unit("degC", 0),
+        force(value::FORCE16[0], "Acceleration X axis", DataType::I16),
+        force(value::FORCE16[1], "Acceleration Y axis", DataType::I16),
+        force(value::FORCE16[2], "Acceleration Z axis", DataType::I16),
         rate(value::RATE16[0], "Gyroscope X axis", DataType::I16),
         rate(value::RATE16[1], "Gyroscope Y axis", DataType::I16),
         rate(value::RATE16[2], "Gyroscope Z axis", DataType::I16),
-        Quantity::new(value::TEMPERATURE, "Device temperature", DataType::I8).in_unit("degC", 0),
-        Quantity::new(value::SUPPLY, "Supply voltage", DataType::U32).in_unit("mV", 0),
     ];
     const HAS_GYROSCOPE: bool = true;
     const MEASURES_SUPPLY: bool = true;
@@ -282,7 +290,7 @@ impl Application for Ims360Application {
     }
 
     fn readout(values: &Inclination, parameters: &Parameters<Ims360Product>) -> Readout {
-        let [x, y, ..] = values.numbers;
+        let [x, y, ..] = values.long;
         Readout {
             x,
             y: has_two_axes(parameters).then_some(y),
@@ -299,8 +307,8 @@ fn zero(
     if axes != ZERO_X && !has_two_axes(parameters) {
         return Err(Refused::NotPermitted);
     }
-    let measured = values.measured.filter(|_| values.is_valid);
-    let [x, y] = measured.ok_or(Refused::State)?;
+    let fine = values.fine().filter(|_| values.is_valid);
+    let [x, y] = measured(fine.ok_or(Refused::State)?, has_two_axes(parameters));
     if axes & ZERO_X != 0 {
         parameters.set(id::ZERO_X, x.wrapping_neg() as u32);
     }
@@ -324,6 +332,6 @@ const fn rate(id: ValueId, name: &'static str, data_type: DataType) -> Quantity 
 }
 
 /// A number limited to 16 bits.
-fn limited(number: i32) -> i32 {
-    number.clamp(i16::MIN.into(), i16::MAX.into())
+fn limited(number: i32) -> i16 {
+    number.clamp(i16::MIN.into(), i16::MAX.into()) as i16
 }

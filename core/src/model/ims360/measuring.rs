@@ -33,8 +33,6 @@ pub(super) struct Measuring {
     up: Option<I32x3>,
     /// The angles without offset, not rounded.
     fine: [Angle; 2],
-    /// The angles without offset, in 0.01 deg.
-    measured: [i32; 2],
     /// The calibrated acceleration, before all filters.
     force: I32x3,
     /// The calibrated angular rate, before all filters.
@@ -54,7 +52,6 @@ impl Measuring {
         offsets: [0; 2],
         up: None,
         fine: [Angle::ZERO; 2],
-        measured: [0; 2],
         force: I32x3 { x: 0, y: 0, z: 0 },
         rate: I32x3 { x: 0, y: 0, z: 0 },
     };
@@ -122,14 +119,11 @@ impl Measuring {
 
     fn update(&mut self) {
         let Some(up) = self.up else { return };
-        self.measured = if self.two_axes {
+        self.fine = if self.two_axes {
             let angles = definition::perpendicular(up);
-            self.fine = [angles.x, angles.y];
-            self.fine.map(Angle::centidegrees)
+            [angles.x, angles.y]
         } else {
-            let angle = definition::rotation(up);
-            self.fine = [angle, Angle::ZERO];
-            [angle.centidegrees_unsigned().into(), 0]
+            [definition::rotation(up), Angle::ZERO]
         };
     }
 
@@ -148,11 +142,6 @@ impl Measuring {
         self.up.is_some()
     }
 
-    /// The angles without offset, in 0.01 deg.
-    pub fn measured(&self) -> [i32; 2] {
-        self.measured
-    }
-
     /// The angles without offset, not rounded.
     pub fn fine(&self) -> [Angle; 2] {
         self.fine
@@ -160,7 +149,8 @@ impl Measuring {
 
     /// The angles with their offsets, in 0.01 deg: 1-axis modulo 360 deg, 2-axis limited to 32 bits.
     pub fn angles(&self) -> [i32; 2] {
-        let ([x, y], [offset_x, offset_y]) = (self.measured, self.offsets);
+        let [x, y] = measured(self.fine, self.two_axes);
+        let [offset_x, offset_y] = self.offsets;
         if self.two_axes {
             [x.saturating_add(offset_x), y.saturating_add(offset_y)]
         } else {
@@ -177,6 +167,16 @@ impl Measuring {
     /// The angular rate in 1 / `units` deg/s.
     pub fn rate(&self, units: i64) -> [i32; 3] {
         scaled::<16>(self.rate, units)
+    }
+}
+
+/// Angles in 0.01 deg: 1-axis 0 to 359.99 deg, 2-axis with a sign.
+pub fn measured(fine: [Angle; 2], two_axes: bool) -> [i32; 2] {
+    if two_axes {
+        fine.map(Angle::centidegrees)
+    } else {
+        let [angle, _] = fine;
+        [angle.centidegrees_unsigned().into(), 0]
     }
 }
 
@@ -227,7 +227,7 @@ mod tests {
                 ..Reading::default()
             });
             if sample >= samples - LAST {
-                sum += measuring.measured()[0];
+                sum += measuring.angles()[0];
             }
         }
         f64::from(sum) / f64::from(LAST) / 100.0
