@@ -4,8 +4,9 @@
 //! for the few words that a sensor copies. They are functions of C and of the ABI for ARM (run-time ABI, 5.3.4). They are written
 //! in assembly, because the compiler would replace their loops in Rust by calls of the same functions.
 //!
-//! On an ARMv7-M, single loads and stores need no alignment. Loads and stores of several registers need it, so only the functions
-//! with an alignment of 4 or 8 in their name use them.
+//! On an ARMv7-M, single loads and stores need no alignment. Loads and stores of several registers need it: the functions with an
+//! alignment of 4 or 8 in their name use them, and `memcpy` where it finds the alignment. The compiler calls `memcpy` for aligned values
+//! too.
 
 use core::arch::global_asm;
 
@@ -23,22 +24,30 @@ global_asm!(
     ".thumb_func",
     "__aeabi_memcpy:",
     "mov r12, r0",
-    "subs r2, #8",
+    "orr r3, r0, r1",
+    "lsls r3, r3, #30",
+    "bne 3f",
+    // Words with alignment: four in each iteration.
+    "subs r2, #16",
     "blo 2f",
-    // Two words in each iteration, because the branch takes as long as a word.
+    "push {{r4, r5, r6, lr}}",
     "1:",
-    "ldr r3, [r1], #4",
-    "str r3, [r12], #4",
-    "ldr r3, [r1], #4",
-    "str r3, [r12], #4",
-    "subs r2, #8",
+    "ldmia r1!, {{r3, r4, r5, r6}}",
+    "stmia r12!, {{r3, r4, r5, r6}}",
+    "subs r2, #16",
     "bhs 1b",
-    // The lowest three bits of r2 are the number of bytes that remain.
+    "pop {{r4, r5, r6, lr}}",
+    // The lowest four bits of r2 are the number of bytes that remain: 8 bytes and 4, then 2 and 1.
     "2:",
-    "lsls r3, r2, #30",
-    "itt cs",
+    "lsls r3, r2, #29",
+    "itttt cs",
     "ldrcs r3, [r1], #4",
     "strcs r3, [r12], #4",
+    "ldrcs r3, [r1], #4",
+    "strcs r3, [r12], #4",
+    "itt mi",
+    "ldrmi r3, [r1], #4",
+    "strmi r3, [r12], #4",
     "lsls r2, r2, #31",
     "itt cs",
     "ldrhcs r3, [r1], #2",
@@ -47,6 +56,22 @@ global_asm!(
     "ldrbmi r3, [r1]",
     "strbmi r3, [r12]",
     "bx lr",
+    // Words without alignment.
+    "3:",
+    "subs r2, #16",
+    "blo 2b",
+    "4:",
+    "ldr r3, [r1], #4",
+    "str r3, [r12], #4",
+    "ldr r3, [r1], #4",
+    "str r3, [r12], #4",
+    "ldr r3, [r1], #4",
+    "str r3, [r12], #4",
+    "ldr r3, [r1], #4",
+    "str r3, [r12], #4",
+    "subs r2, #16",
+    "bhs 4b",
+    "b 2b",
     ".size memcpy, . - memcpy",
 );
 
