@@ -80,7 +80,7 @@ const SWAPS: &[Swap] = &[
     ),
     swap(
         TILTIX_OBJECTS,
-        ["value::SLOPE[axis]", "value::DIAGNOSTIC[axis]"],
+        ["&value::SLOPE, axis", "&value::DIAGNOSTIC, axis"],
     ),
     swap(
         TILTIX,
@@ -319,14 +319,19 @@ impl Copied {
     }
 }
 
+/// `.ci/run` runs this test alone, so that a change of a table changes the swaps too.
 #[test]
-fn swapped_entries_of_a_table_are_detected() {
+fn texts_of_all_swaps_occur_once() {
     for Swap { file, texts } in SWAPS {
         let path = Path::new(ROOT).join(MODEL).join(file);
         let original = fs::read_to_string(&path).expect("a file");
         let [first, second] = texts.map(|text| original.matches(text).count());
         assert!(first == 1 && second <= 1, "{file}: {texts:?}");
     }
+}
+
+#[test]
+fn swapped_entries_of_a_table_are_detected() {
     let selection = std::env::var(SELECTION).unwrap_or_default().to_lowercase();
     let is_selected = |swap: &&Swap| {
         let mut texts = swap.texts.iter().chain([&swap.file]);
