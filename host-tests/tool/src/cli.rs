@@ -26,7 +26,7 @@ pub struct Cli {
 /// The options of all commands.
 #[derive(Clone, Debug, Default, Args)]
 pub struct Options {
-    /// The adapter: slcan://HOST:PORT, slcan:/dev/ttyACM0, can0 (Linux), usb or usb:SERIAL, demo:PRODUCT
+    /// The adapter: slcan://HOST:PORT, slcan:/dev/ttyACM0, can0 (Linux), usb or usb:SERIAL, pcan or pcan:USBBUS1, demo:PRODUCT
     #[arg(long, global = true, env = "PLUMBLINE_PORT", value_name = "PORT")]
     pub port: Option<String>,
     /// The bit rate in kbit/s [default: listens for it]
@@ -319,6 +319,8 @@ pub enum Command {
         #[arg(last = true, value_name = "COMMAND", requires = "calibrate")]
         log: Vec<String>,
     },
+    /// List the ports of this computer
+    Ports,
     /// Print the completions for a shell
     Completions {
         /// The shell

@@ -6,6 +6,7 @@
 //! | `slcan:/dev/ttyACM0`, `slcan:COM3` | slcan on a serial port |
 //! | `can0`, `vcan0` | SocketCAN, on Linux |
 //! | `usb`, `usb:SERIAL` | gs_usb (candleLight) without a driver of the kernel |
+//! | `pcan`, `pcan:USBBUS1` | PCAN, with the library of its maker |
 //! | `demo:is2` | a virtual sensor inside of the program |
 //!
 //! An adapter is also the clock: the tests run the same commands in the virtual time of a simulated bus. Tests of the program set
@@ -15,6 +16,8 @@ pub mod background;
 pub mod bench;
 pub mod demo;
 pub mod gs_usb;
+pub mod pcan;
+pub mod ports;
 pub mod serial;
 pub mod slcan;
 #[cfg(target_os = "linux")]
@@ -23,6 +26,7 @@ pub mod tcp;
 
 use crate::failure::Failure;
 use plumbline::can::{BitRate, Frame};
+use plumbline::model::catalog::PRODUCTS;
 use plumbline::time::Instant;
 
 /// How an adapter takes part in the bus.
@@ -99,8 +103,7 @@ fn is_in_bus_time() -> bool {
 }
 
 /// The next step after a port that does not exist.
-const PORTS: &str =
-    "ports are slcan://HOST:PORT, slcan:/dev/ttyACM0, can0 (Linux), usb[:SERIAL] and demo:PRODUCT";
+const PORTS: &str = "ports are slcan://HOST:PORT, slcan:/dev/ttyACM0, can0 (Linux), usb[:SERIAL], pcan[:USBBUS1] and demo:PRODUCT; `plumbline ports` lists those of this computer";
 
 /// The adapter of a port. It is not open yet.
 ///
@@ -140,6 +143,16 @@ pub fn connect(port: &str) -> Result<Box<dyn Adapter>, Failure> {
     if let Some(serial) = port.strip_prefix("usb:") {
         return Ok(Box::new(gs_usb::connect(Some(serial))?));
     }
+    if port == "pcan" {
+        return Ok(Box::new(pcan::connect("")?));
+    }
+    if let Some(channel) = port.strip_prefix("pcan:") {
+        return Ok(Box::new(pcan::connect(channel)?));
+    }
+    if let Some(meant) = meant(port) {
+        let message = format!("there is no port {port:?}: did you mean {meant}?");
+        return Err(Failure::usage("unknown-port", message));
+    }
     if port.is_empty() || port.contains([':', '/']) {
         return Err(Failure::usage(
             "unknown-port",
@@ -147,6 +160,28 @@ pub fn connect(port: &str) -> Result<Box<dyn Adapter>, Failure> {
         ));
     }
     interface(port)
+}
+
+/// The port that a user means who writes the name of a device only.
+fn meant(port: &str) -> Option<String> {
+    let upper = port.to_ascii_uppercase();
+    let is_number = |text: &str| !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_digit());
+    if upper.strip_prefix("COM").is_some_and(is_number) || port.starts_with("/dev/") {
+        return Some(format!("slcan:{port}"));
+    }
+    if ["ttyACM", "ttyUSB", "cu.", "tty."]
+        .iter()
+        .any(|start| port.starts_with(start))
+    {
+        return Some(format!("slcan:/dev/{port}"));
+    }
+    if pcan::is_channel(&upper) {
+        return Some(format!("pcan:{}", upper.trim_start_matches("PCAN_")));
+    }
+    if PRODUCTS.iter().any(|product| product.name == port) {
+        return Some(format!("demo:{port}"));
+    }
+    None
 }
 
 /// Refuses an address that is not `HOST:PORT`.

@@ -10,6 +10,7 @@ pub mod identity;
 mod j1939;
 mod label;
 mod parameters;
+mod ports;
 mod rate;
 mod raw;
 mod record;
@@ -36,7 +37,7 @@ use std::path::Path;
 pub type Connect<'a> = &'a mut dyn FnMut(&str) -> Result<Box<dyn Adapter>, Failure>;
 
 /// The port if the user names none.
-const NO_PORT: &str = "no port: give --port slcan:/dev/ttyACM0, slcan://HOST:PORT, can0 or demo:is2, or set PLUMBLINE_PORT";
+const NO_PORT: &str = "no port: give --port slcan:/dev/ttyACM0, slcan://HOST:PORT, can0, pcan or demo:is2, or set PLUMBLINE_PORT; `plumbline ports` lists the ports of this computer";
 
 /// Runs a command with the adapters of this computer.
 ///
@@ -77,6 +78,7 @@ pub fn run_on(
 ) -> Result<(), Failure> {
     let options = &cli.options;
     match &cli.command {
+        Command::Ports => return ports::list(terminal),
         Command::Completions { shell } => return help::completions(*shell, terminal),
         Command::Man { command, out } => {
             return help::man(command.as_deref(), out.as_deref(), terminal);
@@ -297,6 +299,7 @@ pub fn run_on(
             })
         }
         Command::Calibrate { .. }
+        | Command::Ports
         | Command::Completions { .. }
         | Command::Man { .. }
         | Command::Serve { .. } => Ok(()),

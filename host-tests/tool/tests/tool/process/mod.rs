@@ -3,6 +3,8 @@
 //! The clock is the time of the bus, except in the tests of python-canopen and of the demonstration.
 
 mod command_line;
+#[cfg(target_os = "linux")]
+mod pcan;
 mod sensor;
 
 use bench::BusRate;

@@ -1,0 +1,23 @@
+//! `plumbline ports`.
+
+use crate::adapter::ports::ports;
+use crate::failure::Failure;
+use crate::output::Terminal;
+use serde_json::json;
+
+/// Lists the ports of this computer.
+///
+/// # Errors
+/// The output is closed.
+pub(super) fn list(terminal: &mut Terminal) -> Result<(), Failure> {
+    let ports = ports();
+    if ports.is_empty() {
+        terminal.note(
+            "this computer has no adapter that plumbline can use: plug one in, or try demo:is2",
+        );
+    }
+    for listed in &ports {
+        terminal.line(format!("{:24} {}", listed.port, listed.kind))?;
+    }
+    terminal.document(&json!(ports))
+}

@@ -1,0 +1,130 @@
+//! PCAN: a library of the tests with the entry points of PCAN-Basic (`pcan_basic.rs`), which the program loads as that of PEAK.
+
+use super::sensor::{Sensor, command, document};
+use bench::BusRate;
+use plumbline::can::BitRate;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+use std::sync::OnceLock;
+use virtual_sensor::server::Clock;
+
+/// The folder with the library, which is compiled once.
+fn folder() -> &'static Path {
+    static FOLDER: OnceLock<PathBuf> = OnceLock::new();
+    FOLDER.get_or_init(|| {
+        let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("pcan");
+        std::fs::create_dir_all(&folder).expect("a folder");
+        let source = concat!(
+            env!("CARGO_MANIFEST_DIR"),
+            "/tests/tool/process/pcan_basic.rs"
+        );
+        let compiler = std::env::var_os("RUSTC").unwrap_or_else(|| "rustc".into());
+        let output = Command::new(compiler)
+            .args(["--edition", "2024", "--crate-type", "cdylib", "-o"])
+            .arg(folder.join("libpcanbasic.so"))
+            .arg(source)
+            .output()
+            .expect("rustc starts");
+        assert!(output.status.success(), "{output:?}");
+        folder
+    })
+}
+
+/// Runs the program with the library, whose adapter is on the bus of this sensor and has this fault.
+fn run(sensor: &Sensor, port: &str, fault: &str, arguments: &str) -> Output {
+    let address = sensor.port.trim_start_matches("slcan://");
+    command(port, "computer", arguments)
+        .env("LD_LIBRARY_PATH", folder())
+        .env("PCAN_TEST_BUS", address)
+        .env("PCAN_TEST_FAULT", fault)
+        .output()
+        .expect("the program starts")
+}
+
+#[test]
+fn sensors_are_read_and_set_through_pcan() {
+    let sensor = Sensor::start("is2", BusRate::Follow, Clock::Client);
+    let output = run(
+        &sensor,
+        "pcan:USBBUS1",
+        "",
+        "--rate 250 set cyclic-time=20ms --save",
+    );
+    assert!(output.status.success(), "{output:?}");
+    let output = run(&sensor, "pcan", "", "--json --rate 250 get cyclic-time");
+    assert_eq!(document(&output)["cyclic-time"]["raw"], 20);
+    // It listens first.
+    let sensor = Sensor::start("jn2101", BusRate::Fixed(BitRate::K125), Clock::Client);
+    let rows = document(&run(&sensor, "pcan", "", "--json --rate 125 scan"));
+    assert_eq!(rows[0]["product"], "jn2101");
+}
+
+/// What the technician reads when the adapter is not usable: one sentence with the next step.
+#[test]
+fn adapter_that_cannot_be_used_is_told_with_the_next_step() {
+    let sensor = Sensor::start("is2", BusRate::Follow, Clock::Client);
+    for (fault, expected) in [
+        (
+            "missing",
+            "there is no adapter pcan:USBBUS1 (A channel is invalid): plug it in",
+        ),
+        ("in-use", "another program uses pcan:USBBUS1: close it"),
+        (
+            "unplugged",
+            "the adapter pcan:USBBUS1 has failed (A channel is invalid): plug it in again",
+        ),
+        ("not-acknowledged", "nobody answers at identifier 300h"),
+    ] {
+        let output = run(
+            &sensor,
+            "pcan",
+            fault,
+            "--rate 250 --id 300 get cyclic-time",
+        );
+        let text = String::from_utf8_lossy(&output.stderr);
+        assert!(text.contains(expected), "{fault}: {output:?}");
+        assert_eq!(text.lines().count(), 1, "{fault}: {output:?}");
+    }
+    let output = run(
+        &sensor,
+        "pcan",
+        "no-listen-only",
+        "--rate 250 log - --seconds 0.1",
+    );
+    let text = String::from_utf8_lossy(&output.stderr);
+    assert!(text.contains("no listen-only mode"), "{output:?}");
+}
+
+#[test]
+fn missing_library_is_told() {
+    let output = command("pcan", "computer", "--rate 250 get")
+        .env("LD_LIBRARY_PATH", "")
+        .output()
+        .expect("the program starts");
+    assert_eq!(output.status.code(), Some(4), "{output:?}");
+    let text = String::from_utf8_lossy(&output.stderr);
+    assert!(
+        text.contains("libpcanbasic.so was not found: install"),
+        "{text}"
+    );
+}
+
+#[test]
+fn ports_have_the_channels_that_are_there() {
+    let sensor = Sensor::start("is2", BusRate::Follow, Clock::Client);
+    for (fault, kind) in [("", "PCAN"), ("in-use", "PCAN, used by another program")] {
+        let ports = document(&run(&sensor, "", fault, "--json ports"));
+        let ports = ports.as_array().expect("a list").iter();
+        let mut pcan = ports.filter(|port| {
+            port["port"]
+                .as_str()
+                .is_some_and(|port| port.starts_with("pcan"))
+        });
+        let first = pcan.next().expect("a channel");
+        assert_eq!(
+            (&first["port"], &first["kind"]),
+            (&"pcan:USBBUS1".into(), &kind.into())
+        );
+        assert_eq!(pcan.next(), None);
+    }
+}
