@@ -5,6 +5,7 @@ pub mod api;
 mod calibrate;
 pub mod client;
 pub mod data_sheets;
+mod documents;
 mod fast_bus;
 mod files;
 pub mod foreign;
