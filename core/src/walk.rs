@@ -28,6 +28,15 @@ pub(crate) const fn at<T>(items: &[T], place: usize) -> &T {
     &items[place]
 }
 
+/// The item at a place; None outside of the table.
+pub(crate) const fn get<T>(items: &[T], place: usize) -> Option<&T> {
+    if place < items.len() {
+        Some(at(items, place))
+    } else {
+        None
+    }
+}
+
 /// Sets the item at a place.
 #[track_caller]
 #[allow(clippy::indexing_slicing)] // evaluated at compile time only

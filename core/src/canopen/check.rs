@@ -14,8 +14,10 @@
 //! - with LSS: the identity object has its four numbers, the node-ID 255 is permitted, node-ID and bit rate are stored, and the tables of
 //!   bit rates have selectors of the manufacturer;
 //! - with block transfer: the buffer for texts takes each number;
-//! - the default COB-ID of the SYNC is permitted, and those of the TPDOs and of the EMCY are above 080h with each node-ID;
-//! - each sub-index of 1010h and 1011h has a group of parameters.
+//! - the default COB-ID of the SYNC is permitted, and those of the TPDOs and of the EMCY are free with each node-ID, which
+//!   they do not contain;
+//! - each bit rate of the manufacturer's tables of LSS is one of the product;
+//! - each sub-index of 1010h and 1011h has a group of parameters, and the groups do not overlap.
 
 mod identifiers;
 mod pdo;
@@ -28,12 +30,12 @@ use super::lss::{LssTable, UNCONFIGURED};
 use super::own::Read;
 use super::pdo::Tpdos;
 use super::product::{Product, TableOf, ValuesOf};
-use super::ranges::indices;
+use super::ranges::{MAKER, indices};
 use super::sdo::Buffer;
 use super::wide::has_wide;
 use crate::application::{Application, Values};
 use crate::mistake::Mistake;
-use crate::param::projection::{check_quantities, exists};
+use crate::param::projection::{check_quantities, exists, has_quantity};
 use crate::param::{DataType, Parameter, ParameterId, Quantity, Table};
 use crate::store::unit::NAME;
 use crate::walk::{at, each};
@@ -73,6 +75,8 @@ pub const fn check<P: Product>() {
         identifiers::check_stored(at(parameters, P::BIT_RATE.0 as usize), true);
     }
     check_lss_tables(P::LSS_TABLES, P::Lss::PRESENT);
+    let bit_rate = at(parameters, P::BIT_RATE.0 as usize);
+    identifiers::check_lss_rates(P::LSS_TABLES, P::BIT_RATES, bit_rate);
     check_groups(P::OBJECTS, P::GROUPS);
     each!(place, event in P::EVENTS => {
         Mistake::Row("event", place).unless(
@@ -140,13 +144,8 @@ const fn check_references(objects: &[Object], parameters: &[Parameter], quantiti
         if let Some(id) = parameter {
             exists(mistake, parameters, id);
         }
-        if let Some(id) = value
-            && id.0 as usize >= quantities.len()
-        {
-            mistake
-                .text("the application has no quantity ")
-                .number(id.0 as u32)
-                .fail();
+        if let Some(id) = value {
+            has_quantity(mistake, quantities, id);
         }
     });
 }
@@ -186,6 +185,10 @@ const fn check_profile(objects: &[Object], parameters: &[Parameter], quantities:
                 | Target::CobId(_)
                 | Target::FreeCobId(_)
                 | Target::Constant(_)
+        );
+        mistake.unless(
+            *index != 0x1014 || !matches!(object.target, Target::Parameter(_)),
+            "the COB-ID of the EMCY is `profile::cob_id` or `profile::free_cob_id`",
         );
         if *index == 0x1001 {
             mistake.unless(
@@ -357,7 +360,23 @@ const fn check_groups(objects: &[Object], groups: &[(u16, u16)]) {
             *first <= *last && *first >= 0x2000 && *last < 0x6000,
             "a manufacturer-specific index is 2000h to 5FFFh",
         );
+        each!((other, end) in groups.split_at(place).0 => {
+            Mistake::Row("GROUPS", place).unless(
+                *last < *other || *end < *first,
+                "another group has some of these indices",
+            );
+        });
+        let sub = MAKER as usize + place;
+        Mistake::Row("GROUPS", place).unless(
+            place == 0 || is_service(objects, 0x1010, sub) || is_service(objects, 0x1011, sub),
+            "neither 1010h nor 1011h has a sub-index for this group",
+        );
     });
+}
+
+/// Whether an object with groups has this sub-index.
+const fn is_service(objects: &[Object], index: u16, sub: usize) -> bool {
+    sub <= u8::MAX as usize && object_at(objects, index, sub as u8).is_some()
 }
 
 /// The parameter with this id, which an item of the product names.

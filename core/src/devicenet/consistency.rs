@@ -8,8 +8,8 @@ use super::table::{Assembly, Attribute, Identity, Object, Own, Product, Roles, S
 use crate::application::{Application, Values};
 use crate::can::BitRate;
 use crate::mistake::Mistake;
-use crate::param::projection::{check_quantities, exists, highest, permits};
-use crate::param::{DataType, Parameter, ParameterId, Persistence, Quantity, Table, ValueId};
+use crate::param::projection::{check_quantities, exists, has_quantity, highest, permits};
+use crate::param::{DataType, Parameter, ParameterId, Persistence, Quantity, Table};
 use crate::walk::{at, each};
 
 /// The longest product name: its response has the service and the length besides the characters.
@@ -107,16 +107,6 @@ const fn check_attribute(
         !attribute.settable || matches!(attribute.source, Source::Parameter(_) | Source::Own(_)),
         "only a parameter or an own attribute is settable",
     );
-}
-
-#[track_caller]
-const fn has_quantity(mistake: Mistake, quantities: &[Quantity], ValueId(id): ValueId) {
-    if id as usize >= quantities.len() {
-        mistake
-            .text("the application has no quantity ")
-            .number(id as u32)
-            .fail();
-    }
 }
 
 /// Checks that each attribute with [`Source::Own`] has its functions.

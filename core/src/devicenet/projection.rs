@@ -215,7 +215,12 @@ pub const fn assemblies<const N: usize>(assemblies: &[Assembly]) -> [AssemblyRow
     }; N];
     each!(place, assembly in assemblies => {
         let mut words = [0; WORDS];
-        each!(word, id in assembly.words => { put(&mut words, word, id.0) });
+        each!(word, id in assembly.words => {
+            // The check refuses more words.
+            if word < WORDS {
+                put(&mut words, word, id.0);
+            }
+        });
         let row = AssemblyRow {
             instance: assembly.instance,
             count: assembly.words.len() as u8,

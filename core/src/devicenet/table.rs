@@ -10,7 +10,6 @@ use crate::can::BitRate;
 use crate::node::Context;
 use crate::param::{DataType, Parameter, ParameterId, Parameters, Quantity, Refused, ValueId};
 use crate::store::ImageId;
-use crate::walk::at;
 
 /// The source of the value of an attribute.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -53,8 +52,8 @@ impl Source {
     /// The type of the number.
     pub const fn data_type(self, parameters: &[Parameter], quantities: &[Quantity]) -> DataType {
         match self {
-            Self::Parameter(id) => at(parameters, id.0 as usize).data_type,
-            Self::Value(id) => at(quantities, id.0 as usize).data_type,
+            Self::Parameter(id) => id.data_type(parameters),
+            Self::Value(id) => id.data_type(quantities),
             Self::Constant(data_type, _) | Self::Own(data_type) => data_type,
         }
     }

@@ -7,7 +7,7 @@ use super::table::{Access, Field, Function, Operation, Own, Product, Roles, Sour
 use super::wire::IDENTIFIERS;
 use crate::application::{Application, Values};
 use crate::mistake::Mistake;
-use crate::param::projection::{check_quantities, exists, highest, permits};
+use crate::param::projection::{check_quantities, exists, has_quantity, highest, permits};
 use crate::param::{Parameter, ParameterId, Persistence, Quantity, Table};
 use crate::walk::{at, each, put};
 
@@ -166,10 +166,7 @@ const fn check_source(
 ) -> u32 {
     match source {
         Source::Parameter(id) => exists(mistake, parameters, id),
-        Source::Value(id) if id.0 as usize >= quantities.len() => mistake
-            .text("the application has no quantity ")
-            .number(id.0 as u32)
-            .fail(),
+        Source::Value(id) => has_quantity(mistake, quantities, id),
         _ => {}
     }
     let size = Item::new(source, parameters, quantities).size as u32;

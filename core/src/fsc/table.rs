@@ -11,7 +11,7 @@ use crate::node::{Context, ErrorPatterns, Pattern};
 use crate::param::{DataType, Parameter, ParameterId, ParameterSet, Quantity, ValueId};
 use crate::store::ImageId;
 use crate::text::Text;
-use crate::walk::{at, each};
+use crate::walk::each;
 
 /// The source of a number in the data bytes of a reply.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -38,8 +38,8 @@ impl Source {
     /// The type of the number.
     pub const fn data_type(self, parameters: &[Parameter], quantities: &[Quantity]) -> DataType {
         match self {
-            Self::Parameter(id) => at(parameters, id.0 as usize).data_type,
-            Self::Value(id) => at(quantities, id.0 as usize).data_type,
+            Self::Parameter(id) => id.data_type(parameters),
+            Self::Value(id) => id.data_type(quantities),
             Self::ProductNumber | Self::SerialNumber | Self::ActiveSetId => DataType::U32,
             Self::Counter | Self::Revision | Self::SoftwareVersion => DataType::U16,
         }

@@ -1,11 +1,21 @@
 //! The description of a parameter.
 
-use crate::walk::each;
+use crate::walk::{each, get};
 
 /// The id of a parameter: its index in the table of the product.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct ParameterId(pub u8);
+
+impl ParameterId {
+    /// The type of its number; a text, which no parameter is, if the table does not have it.
+    pub(crate) const fn data_type(self, parameters: &[Parameter]) -> DataType {
+        match get(parameters, self.0 as usize) {
+            Some(parameter) => parameter.data_type,
+            None => DataType::Text,
+        }
+    }
+}
 
 /// The type of a number, or a text.
 ///
@@ -292,6 +302,16 @@ pub enum Constraint {
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct ValueId(pub u8);
+
+impl ValueId {
+    /// The type of its number; a text, which no value is, if the application does not have it.
+    pub(crate) const fn data_type(self, quantities: &[Quantity]) -> DataType {
+        match get(quantities, self.0 as usize) {
+            Some(quantity) => quantity.data_type,
+            None => DataType::Text,
+        }
+    }
+}
 
 /// The description of a published value.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]

@@ -6,6 +6,7 @@ use super::row::{Limits, ParameterRow, ordered};
 use super::wide::WideLimits;
 use super::{
     Constraint, DataType, Parameter, ParameterId, ParameterSet, Permitted, Persistence, Quantity,
+    ValueId,
 };
 use crate::mistake::Mistake;
 use crate::walk::{at, each, put};
@@ -251,6 +252,10 @@ const fn check(parameter: &Parameter) {
     let mistake = Mistake::Parameter(parameter.id.0 as usize, parameter.name);
     mistake.unless(data_type.size() > 0, "a parameter must be a number");
     mistake.unless(parameter.decimals < 10, TOO_FINE);
+    mistake.unless(
+        parameter.decimals == 0 || !data_type.is_real(),
+        "a real number has its own decimal point: no decimals",
+    );
     let (least, most) = data_type.range();
     mistake.unless(
         fits(data_type, parameter.factory),
@@ -371,6 +376,17 @@ pub(crate) const fn exists(mistake: Mistake, parameters: &[Parameter], id: Param
     if id.0 as usize >= parameters.len() {
         mistake
             .text("the table has no parameter ")
+            .number(id.0 as u32)
+            .fail();
+    }
+}
+
+/// Checks that a row names a quantity of the application.
+#[track_caller]
+pub(crate) const fn has_quantity(mistake: Mistake, quantities: &[Quantity], id: ValueId) {
+    if id.0 as usize >= quantities.len() {
+        mistake
+            .text("the application has no quantity ")
             .number(id.0 as u32)
             .fail();
     }

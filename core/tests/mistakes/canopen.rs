@@ -2,7 +2,10 @@
 
 use plumbline::canopen::dictionary::Service;
 use plumbline::canopen::{Absent, ErrorHistory, Object, Product, Text, TpdoArray, profile};
+use plumbline::model::listing::{self, Adjustment, Article, Guide, Resolution, Written};
 use plumbline::prelude::*;
+
+include!(concat!(env!("CARGO_MANIFEST_DIR"), "/tests/mistakes/idle.rs"));
 
 plumbline::ids! { pub ParameterId: NODE_ID, BIT_RATE, LIMIT, TPDO(4) }
 plumbline::ids! { pub ValueId: SLOPE, RATE }
@@ -32,26 +35,14 @@ impl Application for Slope {
     ];
     const INITIAL: Self = Self;
 
-    fn start(&mut self, _: Calibration) {}
-
-    fn apply(&mut self, _: Instant, _: &Parameters<Mast>) -> Self::Values {
-        Self::Values::INITIAL
-    }
-
-    fn sample(&mut self, _: Instant, _: &Reading) -> Self::Values {
-        Self::Values::INITIAL
-    }
-
-    fn stale(&mut self) -> Self::Values {
-        Self::Values::INITIAL
-    }
+    idle!();
 }
 
 impl Product for Mast {
     type Application = Slope;
     type Tpdos = TpdoArray<1, 1>;
     type History = ErrorHistory<2>;
-    type Text = Text<0>;
+    type Text = Text<8>;
     type Lss = Absent;
     type State = ();
     type Consumers = Absent;
@@ -78,6 +69,25 @@ impl Product for Mast {
     const IMAGE: ImageId = ImageId::new(0x7001);
     plumbline::project!(objects);
 }
+
+pub const LISTING: listing::Product = listing::Product::canopen::<Mast>("mast", "Own", ARTICLE)
+    .guided(&Guide {
+        short_names: &[(LIMIT, "limit")],
+        groups: &[("limits", &[LIMIT])],
+        angles: &[SLOPE],
+        resolution: Some(Resolution {
+            parameter: LIMIT,
+            parameters: &[LIMIT],
+            values: &[SLOPE],
+        }),
+        zero: &[Adjustment::new("x", &[(LIMIT, Written::Nothing)])],
+        teach: &[],
+    });
+
+const ARTICLE: Article = Article {
+    name: "MAST",
+    number: "1",
+};
 
 /// For the changes of the tests.
 pub const SERVICE: Service = Service::StoreGroup;

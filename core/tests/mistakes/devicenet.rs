@@ -7,6 +7,8 @@ use plumbline::devicenet::{
 use plumbline::param::{Permitted, Persistence};
 use plumbline::prelude::*;
 
+include!(concat!(env!("CARGO_MANIFEST_DIR"), "/tests/mistakes/idle.rs"));
+
 plumbline::ids! { pub ParameterId: MAC_ID, BAUD_RATE, BUS_OFF, POLLED, CYCLIC, DELTA, LIMIT }
 plumbline::ids! { pub ValueId: SLOPE, FINE }
 
@@ -43,19 +45,7 @@ impl Application for Slope {
     ];
     const INITIAL: Self = Self;
 
-    fn start(&mut self, _: Calibration) {}
-
-    fn apply(&mut self, _: Instant, _: &Parameters<Mast>) -> Self::Values {
-        Self::Values::INITIAL
-    }
-
-    fn sample(&mut self, _: Instant, _: &Reading) -> Self::Values {
-        Self::Values::INITIAL
-    }
-
-    fn stale(&mut self) -> Self::Values {
-        Self::Values::INITIAL
-    }
+    idle!();
 }
 
 const fn attribute(number: u8, source: Source, settable: bool) -> Attribute {

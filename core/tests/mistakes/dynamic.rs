@@ -9,6 +9,11 @@ use plumbline::canopen::{
 use plumbline::prelude::*;
 use plumbline::store::unit::NAME;
 
+include!(concat!(
+    env!("CARGO_MANIFEST_DIR"),
+    "/tests/mistakes/idle.rs"
+));
+
 plumbline::ids! { pub ParameterId:
     STANDARD(6), NODE_ID, BIT_RATE, TPDO[2](4), MAPPING[2](9), TOTAL(2), SCALE(2),
 }
@@ -46,20 +51,12 @@ impl Application for Slope {
     ];
     const INITIAL: Self = Self(0);
 
-    fn start(&mut self, _: Calibration) {}
-
-    fn apply(&mut self, _: Instant, _: &Parameters<Mast>) -> Self::Values {
-        Self::Values::INITIAL
-    }
-
     fn sample(&mut self, _: Instant, _: &Reading) -> Self::Values {
         self.0 = self.0.wrapping_sub(1);
         Self::Values::new([0, 0, self.0], Faults::NONE)
     }
 
-    fn stale(&mut self) -> Self::Values {
-        Self::Values::INITIAL
-    }
+    idle!(except sample);
 }
 
 const PROFILE: Standard = Standard {

@@ -6,6 +6,8 @@ use plumbline::fsc::{Article, Condition, Own, Product, StatusBit};
 use plumbline::node::{ErrorPatterns, Pattern};
 use plumbline::prelude::*;
 
+include!(concat!(env!("CARGO_MANIFEST_DIR"), "/tests/mistakes/idle.rs"));
+
 plumbline::ids! { pub ParameterId:
     SET_ID, REPLY_ID, SYNC_ID, BIT_RATE, RECOVERY, CYCLIC_TIME, CYCLIC_MODE, ZERO, LIMIT, TOTAL(2),
 }
@@ -51,19 +53,7 @@ impl Application for Slope {
     ];
     const INITIAL: Self = Self;
 
-    fn start(&mut self, _: Calibration) {}
-
-    fn apply(&mut self, _: Instant, _: &Parameters<Mast>) -> Self::Values {
-        Self::Values::INITIAL
-    }
-
-    fn sample(&mut self, _: Instant, _: &Reading) -> Self::Values {
-        Self::Values::INITIAL
-    }
-
-    fn stale(&mut self) -> Self::Values {
-        Self::Values::INITIAL
-    }
+    idle!();
 }
 
 const fn function(code: u8, name: &'static str, operation: Operation) -> Function {

@@ -6,6 +6,8 @@ use plumbline::j1939::{Product, Sent, Timer};
 use plumbline::param::Setting;
 use plumbline::prelude::*;
 
+include!(concat!(env!("CARGO_MANIFEST_DIR"), "/tests/mistakes/idle.rs"));
+
 plumbline::ids! { pub ParameterId: ADDRESS, RATE, PRIORITY, MANUFACTURER }
 plumbline::ids! { pub ValueId: SLOPE }
 
@@ -29,19 +31,7 @@ impl Application for Slope {
     const QUANTITIES: &'static [Quantity] = &[Quantity::new(SLOPE, "Slope", DataType::I16)];
     const INITIAL: Self = Self;
 
-    fn start(&mut self, _: Calibration) {}
-
-    fn apply(&mut self, _: Instant, _: &Parameters<Mast>) -> Self::Values {
-        Self::Values::INITIAL
-    }
-
-    fn sample(&mut self, _: Instant, _: &Reading) -> Self::Values {
-        Self::Values::INITIAL
-    }
-
-    fn stale(&mut self) -> Self::Values {
-        Self::Values::INITIAL
-    }
+    idle!();
 }
 
 const fn sent(pgn: u32, rate: Setting) -> Sent<Slope> {

@@ -11,6 +11,8 @@ const OBJECTS: &str = "plumbline::project!(objects);";
 const FUNCTIONS: &str = "plumbline::project!(functions);";
 const ATTRIBUTES: &str = "plumbline::project!(attributes);";
 const GROUPS: &str = "plumbline::project!(groups);";
+/// The first line of the expression with the guide.
+const GUIDE: &str = r#"pub const LISTING: listing::Product = listing::Product::canopen::<Mast>("mast", "Own", ARTICLE)"#;
 
 /// A text of the product, another text in its place, the macro and the message.
 type Mistake = (&'static str, &'static str, &'static str, &'static str);
@@ -53,7 +55,25 @@ const CANOPEN: &[Mistake] = &[
     ("            Object::parameter(0x2100, 0, LIMIT),\n", "            Object::parameter(0x2100, 1, LIMIT),\n", OBJECTS, "object 2100h:01: an object with sub-indices has sub-index 0"),
     ("const GROUPS", "const WRITABLE: usize = 64;\n    const GROUPS", OBJECTS, "WRITABLE: the buffer for texts is shorter"),
     ("const GROUPS", "const LSS_TABLES: &'static [plumbline::canopen::LssTable] = &[(128, &[])];\n    const GROUPS", OBJECTS, "LSS_TABLES 0: a product without LSS has no table of bit rates"),
+    ("DataType::U8).within(1, 100, 50)", "DataType::Real32).within(1, 100, 50).in_unit(\"deg\", 1)", PARAMETERS, "parameter 2 \"Limit\": a real number has its own decimal point: no decimals"),
+    ("0x180)", "0x181)", OBJECTS, "object 1800h:01: the node-ID is added to the default COB-ID, which is without it, for example 180h"),
+    ("0x180)", "0x600)", OBJECTS, "object 1800h:01: the default COB-ID is not free with the node-ID 1"),
+    ("&[(0x2000, 0x5FFF)]", "&[(0x2000, 0x5FFF), (0x3000, 0x3FFF)]", OBJECTS, "GROUPS 1: another group has some of these indices"),
+    ("&[(0x2000, 0x5FFF)]", "&[(0x2000, 0x2FFF), (0x3000, 0x5FFF)]", OBJECTS, "GROUPS 1: neither 1010h nor 1011h has a sub-index for this group"),
     ("\"Slope\", DataType::I16)", "\"Slope\", DataType::I16).in_unit(\"deg\", 10)", OBJECTS, "quantity 0: a number has at most 9 digits after the decimal point"),
+];
+
+#[rustfmt::skip]
+const GUIDES: &[Mistake] = &[
+    ("(LIMIT, \"limit\")", "(ParameterId(9), \"limit\")", GUIDE, "limit: the table has no parameter 9"),
+    ("(\"limits\", &[LIMIT])", "(\"limits\", &[LIMIT, ParameterId(9)])", GUIDE, "limits: the table has no parameter 9"),
+    ("angles: &[SLOPE]", "angles: &[SLOPE, ValueId(2)]", GUIDE, "angles: the application has no quantity 2"),
+    ("parameter: LIMIT", "parameter: ParameterId(9)", GUIDE, "resolution: the table has no parameter 9"),
+    ("parameters: &[LIMIT]", "parameters: &[ParameterId(9)]", GUIDE, "resolution: the table has no parameter 9"),
+    ("values: &[SLOPE]", "values: &[ValueId(2)]", GUIDE, "resolution: the application has no quantity 2"),
+    ("(LIMIT, Written::Nothing)", "(ParameterId(9), Written::Nothing)", GUIDE, "zero 0: the table has no parameter 9"),
+    ("new(\"x\"", "new(\"X\"", GUIDE, "zero 0: the axis is `x`, `y` or empty"),
+    ("teach: &[]", "teach: &[Adjustment { absent_if: Some((ParameterId(9), 0)), ..Adjustment::new(\"\", &[]) }]", GUIDE, "teach 0: the table has no parameter 9"),
 ];
 
 #[rustfmt::skip]
@@ -80,6 +100,8 @@ const DYNAMIC: &[Mistake] = &[
     ("profile::bit_rate(BIT_RATE, 250)", "Parameter { persistence: Persistence::Volatile, ..profile::bit_rate(BIT_RATE, 250) }", OBJECTS, "parameter 7 \"Bit rate\": a product with LSS stores node-ID and bit rate"),
     ("const NODE_ID:", "const LSS_TABLES: &'static [plumbline::canopen::LssTable] = &[(127, &[])];\n    const NODE_ID:", OBJECTS, "LSS_TABLES 0: the selector is 128 to 255"),
     ("const NODE_ID:", "const LSS_TABLES: &'static [plumbline::canopen::LssTable] = &[(128, &[]), (128, &[])];\n    const NODE_ID:", OBJECTS, "LSS_TABLES 1: another table has this selector"),
+    ("const NODE_ID:", "const LSS_TABLES: &'static [plumbline::canopen::LssTable] = &[(128, &[None, Some(plumbline::can::BitRate::K62_5)])];\n    const NODE_ID:", OBJECTS,
+        "LSS_TABLES 0: the product does not permit the bit rate at index 1, 62.5 kbit/s: see BIT_RATES"),
     ("profile::free_tpdo(1, \"TPDO 2\", TPDO[1])", "{ let [a, _, c, d, e] = profile::free_tpdo(1, \"TPDO 2\", TPDO[1]); [a, Object::parameter(0x1801, 1, TPDO[1]), c, d, e] }",
         OBJECTS, "object 1801h:01: the COB-ID of a TPDO is `profile::cob_id` or `profile::free_cob_id`"),
     ("DynamicTpdos<2, 8>", "plumbline::canopen::TpdoArray<2, 8>", OBJECTS, "object 1A00h:01: a mapping entry must be a constant, unless `Tpdos` is `DynamicTpdos`"),
@@ -235,6 +257,9 @@ fn check(name: &str, product: &str, mistakes: &[Mistake]) {
         let errors = compile(&format!("{name}_{number}"), &product);
         let expected = format!("error[E0080]: evaluation panicked: {message}");
         assert!(errors.contains(&expected), "{other}\n{message}\n{errors}");
+        // The other tables also miss a missing parameter.
+        let is_only = errors.matches("error[").count() == 1 || *table == PARAMETERS;
+        assert!(is_only, "{other}: errors besides this one\n{errors}");
         let line = product.lines().position(|line| line.trim() == *table);
         let place = format!("mistake_{name}_{number}.rs:{}:", 1 + line.unwrap());
         assert!(errors.contains(&place), "{other}: {place}\n{errors}");
@@ -244,6 +269,11 @@ fn check(name: &str, product: &str, mistakes: &[Mistake]) {
 #[test]
 fn each_mistake_of_a_canopen_product_is_an_error_at_its_table_that_names_the_row() {
     check("canopen", include_str!("canopen.rs"), CANOPEN);
+}
+
+#[test]
+fn each_mistake_of_a_guide_is_an_error_at_its_call_that_names_the_entry() {
+    check("guide", include_str!("canopen.rs"), GUIDES);
 }
 
 #[test]

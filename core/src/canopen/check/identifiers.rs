@@ -1,8 +1,9 @@
 //! Checks of node-ID, bit rate and COB-IDs.
 
-use super::{Mistake, Object, Parameter, ParameterId, Target, UNCONFIGURED, parameter};
+use super::{LssTable, Mistake, Object, Parameter, ParameterId, Target, UNCONFIGURED, parameter};
 use crate::can::BitRate;
 use crate::canopen::cob_id;
+use crate::param::projection::permits;
 use crate::param::{Permitted, Persistence};
 use crate::walk::{at, each};
 
@@ -20,6 +21,13 @@ pub(super) const fn check(objects: &[Object], parameters: &[Parameter]) {
             }
             Target::CobId(id) | Target::FreeCobId(id) => {
                 let base = base(parameters, id);
+                if base & 0x7F != 0 {
+                    mistake
+                        .text("the node-ID is added to the default COB-ID, which is without it, for example ")
+                        .hexadecimal(base & !0x7F, 3)
+                        .text("h")
+                        .fail();
+                }
                 let mut node_id = 1;
                 while node_id <= 127 {
                     if cob_id::in_use(base + node_id).is_none() {
@@ -95,6 +103,40 @@ pub(super) const fn check_stored(parameter: &Parameter, lss: bool) {
         !lss || !matches!(parameter.persistence, Persistence::Volatile),
         "a product with LSS stores node-ID and bit rate",
     );
+}
+
+/// Checks that LSS can set each bit rate of the manufacturer's tables.
+#[track_caller]
+pub(super) const fn check_lss_rates(
+    tables: &[LssTable],
+    codes: &[(u32, BitRate)],
+    parameter: &Parameter,
+) {
+    each!(place, (_, rates) in tables => {
+        each!(index, rate in rates => {
+            if let Some(rate) = rate
+                && !is_permitted(*rate, codes, parameter)
+            {
+                Mistake::Row("LSS_TABLES", place)
+                    .text("the product does not permit the bit rate at index ")
+                    .number(index as u32)
+                    .text(", ")
+                    .text(rate.name())
+                    .text(": see BIT_RATES")
+                    .fail();
+            }
+        });
+    });
+}
+
+/// Whether the parameter permits the number of a bit rate.
+const fn is_permitted(rate: BitRate, codes: &[(u32, BitRate)], parameter: &Parameter) -> bool {
+    each!((code, own) in codes => {
+        if *own as u8 == rate as u8 {
+            return permits(parameter, *code);
+        }
+    });
+    false
 }
 
 /// Checks that each permitted number of the bit rate has a bit rate.

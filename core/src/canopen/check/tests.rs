@@ -207,18 +207,18 @@ fn restricted_cob_id_of_sync_is_refused() {
 #[test]
 #[should_panic = "the default COB-ID is not free"]
 fn cob_id_that_is_not_free_for_node_1_is_refused() {
-    identifiers::check(&objects(), &parameters(0x17F, 0x80));
+    identifiers::check(&objects(), &parameters(0x100, 0x80));
 }
 
 #[test]
 #[should_panic = "the default COB-ID is not free"]
-fn cob_id_that_is_not_free_for_node_127_is_refused() {
-    identifiers::check(&objects(), &parameters(0x502, 0x80));
+fn cob_id_that_is_not_free_for_node_96_is_refused() {
+    identifiers::check(&objects(), &parameters(0x680, 0x80));
 }
 
 #[test]
 fn cob_id_that_is_free_for_all_nodes_is_accepted() {
-    identifiers::check(&objects(), &parameters(0x501, 0x80));
+    identifiers::check(&objects(), &parameters(0x500, 0x80));
 }
 
 #[test]

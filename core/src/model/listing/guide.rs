@@ -2,7 +2,10 @@
 //!
 //! Only programs on a PC use it. A firmware image does not contain it.
 
-use crate::param::{ParameterId, ValueId};
+use crate::mistake::Mistake;
+use crate::param::projection::{exists, has_quantity};
+use crate::param::{Parameter, ParameterId, Quantity, ValueId};
+use crate::walk::each;
 
 /// A guide to a product for tools that show it and set it up.
 #[derive(Clone, Copy, Debug)]
@@ -31,6 +34,30 @@ impl Guide {
         zero: &[],
         teach: &[],
     };
+
+    /// Checks that the tables of the product have each id.
+    #[track_caller]
+    pub(super) const fn check(&self, parameters: &[Parameter], quantities: &[Quantity]) {
+        each!((id, name) in self.short_names => {
+            exists(Mistake::Item(name), parameters, *id);
+        });
+        each!((name, ids) in self.groups => {
+            each!(id in *ids => { exists(Mistake::Item(name), parameters, *id) });
+        });
+        each!(id in self.angles => { has_quantity(Mistake::Item("angles"), quantities, *id) });
+        if let Some(resolution) = &self.resolution {
+            let mistake = Mistake::Item("resolution");
+            exists(mistake, parameters, resolution.parameter);
+            each!(id in resolution.parameters => { exists(mistake, parameters, *id) });
+            each!(id in resolution.values => { has_quantity(mistake, quantities, *id) });
+        }
+        each!(place, adjustment in self.zero => {
+            adjustment.check(Mistake::Row("zero", place), parameters);
+        });
+        each!(place, adjustment in self.teach => {
+            adjustment.check(Mistake::Row("teach", place), parameters);
+        });
+    }
 }
 
 /// A parameter whose value, in its own unit, is the unit of other numbers.
@@ -62,6 +89,18 @@ impl Adjustment {
             axis,
             writes,
             absent_if: None,
+        }
+    }
+
+    #[track_caller]
+    const fn check(&self, mistake: Mistake, parameters: &[Parameter]) {
+        mistake.unless(
+            matches!(self.axis.as_bytes(), b"" | b"x" | b"y"),
+            "the axis is `x`, `y` or empty",
+        );
+        each!((id, _) in self.writes => { exists(mistake, parameters, *id) });
+        if let Some((id, _)) = self.absent_if {
+            exists(mistake, parameters, id);
         }
     }
 }

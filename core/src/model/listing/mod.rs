@@ -107,8 +107,10 @@ impl Product {
         }
     }
 
-    /// Sets the guide for tools.
+    /// Sets the guide for tools. An id in it that the tables do not have is a compile error.
+    #[track_caller]
     pub const fn guided(self, guide: &'static Guide) -> Self {
+        guide.check(self.parameters, self.quantities);
         Self { guide, ..self }
     }
 

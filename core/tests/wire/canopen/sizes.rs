@@ -55,7 +55,7 @@ macro_rules! product {
         impl Table for $name {
             const PARAMETERS: &'static [Parameter] = plumbline::parameters![
                 [profile::node_id(NODE_ID, 1), profile::bit_rate(BIT_RATE, 125)],
-                $(profile::tpdo_communication(ParameterId(2 + 4 * $number), 0x180 + 0x10 * $number)),*
+                $(profile::tpdo_communication(ParameterId(2 + 4 * $number), 0x180 + 0x80 * $number)),*
             ];
             plumbline::project!(parameters);
         }
@@ -126,7 +126,7 @@ fn mapped_objects_follow_each_other_with_their_lengths() {
 #[test]
 fn five_tpdos_send_five_frames_on_sync_and_have_nine_filters() {
     let expected: Vec<String> = (0..5)
-        .map(|number| format!("{:03X}#FEFF", 0x181 + 0x10 * number))
+        .map(|number| format!("{:03X}#FEFF", 0x181 + 0x80 * number))
         .collect();
     assert_eq!(sent_on_sync::<FiveTpdos>(), expected);
 

@@ -27,7 +27,7 @@ use plumbline::canopen::profile::{self, Standard, entry};
 use plumbline::canopen::{
     Absent, ErrorHistory, Heartbeats, Lss, LssTable, Object, Present, Product, Text, TpdoArray,
 };
-use plumbline::param::Refused;
+use plumbline::param::{Permitted, Refused};
 use plumbline::prelude::*;
 use plumbline::store::unit::NAME;
 
@@ -63,7 +63,10 @@ impl Table for StrangerProduct {
         profile::tpdo_communication(TPDO[1], 0x280),
         [
             profile::lss_node_id_to_127(NODE_ID, 30),
-            profile::bit_rate(BIT_RATE, 125),
+            Parameter {
+                permitted: Permitted::OneOf(&[125, 250, 500]),
+                ..profile::bit_rate(BIT_RATE, 125)
+            },
             Parameter::new(FILTER, "Filter", DataType::U8).within(0, 9, 4),
             Parameter::new(MOUNTING, "Mounting angle", DataType::I16).in_unit("deg", 2),
             Parameter::new(RESOLUTION, "Resolution", DataType::U16).within(10, 1000, 10),
@@ -234,15 +237,8 @@ impl Product for StrangerProduct {
         ],
     ];
     const GROUPS: &'static [(u16, u16)] = &[(0x2000, 0x2FFF), (0x3000, 0x5FFF)];
-    const LSS_TABLES: &'static [LssTable] = &[(
-        128,
-        &[
-            None,
-            Some(BitRate::K125),
-            Some(BitRate::K100),
-            Some(BitRate::K500),
-        ],
-    )];
+    const LSS_TABLES: &'static [LssTable] =
+        &[(128, &[None, Some(BitRate::K125), None, Some(BitRate::K500)])];
     const NODE_ID: ParameterId = NODE_ID;
     const BIT_RATE: ParameterId = BIT_RATE;
     const IMAGE: ImageId = ImageId::new(0x7006);

@@ -52,10 +52,10 @@ fn configure_bit_timing_accepts_cia_305_table_and_manufacturer_table() {
         (0, 3, 0, 250),
         (0, 5, 1, 250),
         (128, 1, 0, 125),
-        // A reserved index, a bit rate that the product does not permit (100 kbit/s), and an index beyond the table.
+        // A reserved index, an index beyond the table, and a bit rate that the product does not permit (800 kbit/s).
         (128, 0, 1, 125),
-        (128, 2, 1, 125),
         (128, 4, 1, 125),
+        (0, 1, 1, 125),
         (128, 3, 0, 500),
         (1, 3, 1, 500),
         (129, 3, 1, 500),
