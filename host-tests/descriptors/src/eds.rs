@@ -279,6 +279,8 @@ fn default(described: &Described) -> Option<String> {
     }
     let data_type = described.data_type();
     if let Some(bits) = described.bits() {
+        // A real number is decimal, which python-canopen and most data sheets have. No public text of CiA 306 says another form. dcfchk
+        // (dcf-tools) reads the bits in hexadecimal digits without 0x, but refuses those with letters; it cannot check such a data sheet.
         return Some(match data_type {
             DataType::Real32 => format!("{:?}", f32::from_bits(bits as u32)),
             DataType::Real64 => format!("{:?}", f64::from_bits(bits)),
