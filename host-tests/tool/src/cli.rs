@@ -1,8 +1,11 @@
 //! The command line.
 
+use crate::ops::Request;
+use crate::scan::kbits;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
 use plumbline::can::BitRate;
+use serde::Deserialize;
 use std::fmt::{self, Display, Formatter};
 use std::net::SocketAddr;
 use std::path::PathBuf;
@@ -68,7 +71,8 @@ pub struct Options {
 }
 
 /// What to zero.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, ValueEnum)]
+#[derive(Clone, Copy, PartialEq, Eq, Debug, ValueEnum, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Axis {
     /// The first axis
     X,
@@ -99,6 +103,12 @@ impl NewRate {
     /// The rate; None: automatic detection.
     pub fn fixed(self) -> Option<BitRate> {
         Option::from(self)
+    }
+
+    /// As the command line takes it.
+    pub fn word(self) -> String {
+        let rate = self.fixed().map(kbits);
+        rate.map_or("auto".to_owned(), |rate| rate.to_string())
     }
 }
 
@@ -137,77 +147,9 @@ pub enum Command {
     },
     /// List the names with range, unit and factory value
     Parameters,
-    /// Read parameters and values; without a name all of them
-    Get {
-        /// Names, or beginnings of their words
-        names: Vec<String>,
-    },
-    /// Write parameters, for example filter=2.5Hz,butterworth zero-x=1.25deg
-    Set {
-        /// NAME=VALUE; raw:N is the number of the protocol
-        #[arg(required = true)]
-        assignments: Vec<String>,
-        /// Store them afterwards
-        #[arg(long, conflicts_with = "file")]
-        save: bool,
-        /// Change a file of `backup` instead of a sensor
-        #[arg(long, value_name = "FILE")]
-        file: Option<PathBuf>,
-    },
-    /// Store the parameters in the sensor
-    Save,
-    /// Load the factory values
-    LoadFactory,
-    /// Make the present position zero
-    Zero {
-        /// One axis only
-        axis: Option<Axis>,
-        /// Store it afterwards
-        #[arg(long)]
-        save: bool,
-    },
-    /// Make the present position the reference frame of the machine (JN2101)
-    Teach {
-        /// Store it afterwards
-        #[arg(long)]
-        save: bool,
-    },
-    /// Restart the sensor
-    Restart,
-    /// Change the node-ID of a CANopen sensor: writes, stores, restarts, checks
-    NodeId {
-        /// The new node-ID, 1 to 127
-        new: u8,
-    },
-    /// Change the MAC ID of a DeviceNet sensor and check it
-    Mac {
-        /// The new MAC ID, 0 to 63
-        new: u8,
-    },
-    /// Show the J1939 address and NAME, or change the address: commands it, checks, stores
-    Address {
-        /// The new address, 0 to 253
-        new: Option<u8>,
-    },
-    /// Change the bit rate: writes, stores, restarts, checks
-    Rate {
-        /// The new bit rate in kbit/s; auto: automatic detection (GEMAC)
-        #[arg(value_name = "KBITS", value_parser = new_rate)]
-        new: NewRate,
-    },
-    /// Show the name of the sensor on this computer, or give it one
-    Label {
-        /// The new name
-        name: Option<String>,
-        /// Remove the name
-        #[arg(long, conflicts_with = "name")]
-        remove: bool,
-    },
-    /// One request: code and data (GEMAC), INDEX:SUB[=DATA] (CANopen, J1939), service class instance data (DeviceNet), parameter group (J1939), hexadecimal
-    Raw {
-        /// The request
-        request: String,
-    },
+    /// An operation on a sensor
+    #[command(flatten)]
+    Operation(Request),
     /// Store all settings of the sensor in a file
     Backup {
         /// A TOML file
@@ -338,7 +280,7 @@ pub enum Command {
 }
 
 /// One of the ten bit rates, in kbit/s, or `auto`.
-fn new_rate(text: &str) -> Result<NewRate, String> {
+pub(crate) fn new_rate(text: &str) -> Result<NewRate, String> {
     match text {
         "auto" => Ok(NewRate::Automatic),
         _ => bench::bit_rate(text).map(NewRate::Fixed),

@@ -134,15 +134,6 @@ pub fn find(
         }
         [only] => {
             let only = only.clone();
-            if let Some(expected) = &wanted.expected
-                && *expected != only.identity()
-            {
-                let line = only.line(link.rate());
-                let message = format!(
-                    "another sensor answers now ({line}): nothing was done. Check the sensor, and start the command again"
-                );
-                return Err(Failure::refused(OTHER, message));
-            }
             terminal.note(only.line(link.rate()));
             Ok((link, only))
         }
@@ -302,7 +293,15 @@ fn add(found: &mut Vec<Found>, answer: Option<Found>, wanted: &Wanted) {
     }
 }
 
-fn silent(targets: &[Target], rates: &[Option<BitRate>]) -> Failure {
+/// Another sensor answers.
+pub(crate) fn other(what: &str) -> Failure {
+    let message = format!(
+        "another sensor answers now ({what}): nothing was done. Check the sensor, and start the command again"
+    );
+    Failure::refused(OTHER, message)
+}
+
+pub(crate) fn silent(targets: &[Target], rates: &[Option<BitRate>]) -> Failure {
     let addresses: Vec<String> = targets.iter().map(Target::named).collect();
     let rates = match rates[..] {
         [Some(rate)] => format!(" at {}", rate.name()),

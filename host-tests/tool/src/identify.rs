@@ -4,8 +4,9 @@ use crate::client::Link;
 use crate::client::devicenet::{Path, Response, Slave};
 use crate::client::fsc::{self, Sensor};
 use crate::client::sdo::{Answer, Server};
-use crate::failure::Failure;
-use crate::session::Target;
+use crate::connect;
+use crate::failure::{Failure, Kind};
+use crate::session::{Session, Target};
 use plumbline::can::{BitRate, Frame};
 use plumbline::canopen::dictionary::Target as ObjectTarget;
 use plumbline::fsc::Version;
@@ -101,6 +102,41 @@ pub fn ask(link: &mut Link, target: Target, latency: Duration) -> Result<Option<
         Target::Canopen(node) => ask_canopen(link, node, time),
         Target::Devicenet(slave) => ask_devicenet(link, slave, time),
         Target::J1939(address) => j1939::ask(link, address, time),
+    }
+}
+
+/// Refuses another sensor at the address of a session: the serial number differs, or what it tells if it has none.
+///
+/// # Errors
+/// Another sensor answers, nobody answers, or the adapter fails.
+pub fn same(session: &mut Session, found: &Found) -> Result<(), Failure> {
+    let own = found.identity().serial();
+    if let (Target::Devicenet(slave), Some(_)) = (session.target, session.expected) {
+        return session.slave(slave).map(|_| ());
+    }
+    if own.is_some() {
+        match session.serial() {
+            Err(failure) if failure.kind != Kind::Refused => return Err(failure),
+            Ok(serial) if serial == own => return Ok(()),
+            _ => {}
+        }
+    }
+    is_same(session, found)
+}
+
+/// The same with all that the sensor tells.
+///
+/// # Errors
+/// See [`same`].
+pub fn is_same(session: &mut Session, found: &Found) -> Result<(), Failure> {
+    session.release()?;
+    let rate = session.link.rate();
+    match ask(&mut session.link, session.target, PATIENT)? {
+        None => Err(connect::silent(&[session.target], &[rate])),
+        Some(other) if other.identity() != found.identity() => {
+            Err(connect::other(&other.line(rate)))
+        }
+        Some(_) => Ok(()),
     }
 }
 

@@ -13,6 +13,7 @@
 //! - [`labels`]: the names that the user gives to sensors
 //! - [`scan`]: finds sensors with unknown bit rate, protocol and address
 //! - [`serve`]: the page in the browser
+//! - [`ops`]: the operations on a sensor, for the command line and the page
 //! - [`command`]: the commands; [`cli`]: the command line; [`output`], [`bar`]: the terminal; [`failure`]: exit codes and messages
 //!
 //! Nothing about a parameter is known here. Names, types, units, ranges and factory values come from the catalogue of the core.
@@ -32,6 +33,7 @@ pub mod failure;
 pub mod identify;
 pub mod labels;
 pub mod number;
+pub mod ops;
 pub mod output;
 pub mod plan;
 pub mod resolve;

@@ -40,6 +40,7 @@ fn main() -> ExitCode {
         out: &mut out,
         notes: &mut notes,
         confirm: &mut confirm,
+        all_yes: yes,
         stopped: Rc::new(|| STOPPED.load(Ordering::Relaxed)),
         bar: TerminalBar::wanted(json),
     };

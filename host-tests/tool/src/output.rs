@@ -1,6 +1,7 @@
 //! What a command prints, and what it asks.
 
 use crate::failure::Failure;
+use crate::ops::Report;
 use serde_json::Value;
 use std::io::Write;
 use std::rc::Rc;
@@ -38,6 +39,8 @@ pub struct Terminal<'a> {
     pub notes: &'a mut dyn Write,
     /// Asks a question; true means yes.
     pub confirm: &'a mut dyn FnMut(&str) -> bool,
+    /// The user has answered the question before a change of the sensor with yes.
+    pub all_yes: bool,
     /// True when Ctrl-C was pressed.
     pub stopped: Rc<dyn Fn() -> bool>,
     /// The progress bar; None: a line for each important step.
@@ -89,6 +92,18 @@ impl Terminal<'_> {
             return Ok(());
         }
         writeln!(self.out, "{document}").map_err(closed)
+    }
+
+    /// Prints what an operation has done, as text or as document.
+    ///
+    /// # Errors
+    /// The output is closed.
+    pub fn report(&mut self, report: &Report) -> Result<(), Failure> {
+        if self.json {
+            let document = serde_json::to_value(report);
+            return self.document(&document.unwrap_or_default());
+        }
+        report.lines().iter().try_for_each(|line| self.line(line))
     }
 
     /// Prints a note for people; never in a document. A closed standard error is no failure.

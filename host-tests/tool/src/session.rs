@@ -6,6 +6,7 @@ use crate::client::Link;
 use crate::client::devicenet::{Path, Response, Slave};
 use crate::client::fsc::{self, Sensor};
 use crate::client::sdo::Server;
+use crate::connect;
 use crate::failure::Failure;
 use crate::number::Scale;
 use crate::sheet::{Address, Entry, Sheet};
@@ -82,8 +83,23 @@ pub struct Session {
     pub notes: Vec<String>,
     /// Another master owns the sensor: nothing is sent to it, and it is only listened to.
     pub only_listens: bool,
-    /// The connection of DeviceNet is allocated.
+    /// The serial number that the sensor must have at each new connection of DeviceNet. None: any.
+    pub expected: Option<u32>,
+    /// The connection of DeviceNet is allocated. Meanwhile nobody else can change the sensor, and another sensor does not answer.
     is_allocated: bool,
+    /// The settings that were read with this connection.
+    settings: Vec<(Address, Vec<u8>)>,
+    /// What one operation knows of the sensor; None: the sensor is asked each time.
+    known: Option<Known>,
+}
+
+/// What the sensor has told since its last change. One operation does not ask for it twice.
+#[derive(Default)]
+struct Known {
+    /// The bytes at each address; for FSC all data of the reply.
+    read: Vec<(Address, Vec<u8>)>,
+    /// FSC: the last reply had no error in its status.
+    is_clean: bool,
 }
 
 impl Session {
@@ -100,7 +116,10 @@ impl Session {
             sheet,
             notes: Vec::new(),
             only_listens: false,
+            expected: None,
             is_allocated: false,
+            settings: Vec::new(),
+            known: None,
         }
     }
 
@@ -111,6 +130,11 @@ impl Session {
     pub fn finish(mut self) -> Result<Link, Failure> {
         self.release()?;
         Ok(self.link)
+    }
+
+    /// From now on, the session does not ask twice for a value that nothing has changed; or it asks each time again.
+    pub fn remember(&mut self, is_wanted: bool) {
+        self.known = is_wanted.then(Known::default);
     }
 
     /// Releases the connection of DeviceNet.
@@ -139,10 +163,29 @@ impl Session {
         self.is_allocated = false;
     }
 
-    fn slave(&mut self, slave: Slave) -> Result<Slave, Failure> {
+    /// Allocates the connection of DeviceNet, if it is not allocated.
+    ///
+    /// # Errors
+    /// Another sensor answers, nobody answers, or the adapter fails.
+    pub(crate) fn slave(&mut self, slave: Slave) -> Result<Slave, Failure> {
         if !self.is_allocated {
+            self.settings.clear();
             slave.allocate(&mut self.link)?;
             self.is_allocated = true;
+            if let Some(expected) = self.expected {
+                const SERIAL: u8 = 6;
+                let identity = Path {
+                    class: 1,
+                    instance: 1,
+                };
+                let told = slave.explicit(&mut self.link, service::GET, identity, &[SERIAL])?;
+                let told = told.must(slave.mac, "to read the serial number")?;
+                if number(&told) != expected {
+                    self.release()?;
+                    let what = format!("serial {} at MAC ID {}", number(&told), slave.mac);
+                    return Err(connect::other(&what));
+                }
+            }
         }
         Ok(slave)
     }
@@ -152,6 +195,24 @@ impl Session {
     /// # Errors
     /// The sensor refuses, nobody answers, or the adapter fails.
     pub fn read_bytes(&mut self, entry: &Entry) -> Result<Vec<u8>, Failure> {
+        let read = self.known.iter().flat_map(|known| &known.read);
+        let mut read = read.filter(|(address, _)| address.is_read_with(entry.address));
+        if let Some((_, bytes)) = read.next() {
+            return part(entry, bytes);
+        }
+        let bytes = self.bytes_repeated(entry)?;
+        if let Some(known) = &mut self.known {
+            known.read.push((entry.address, bytes.clone()));
+        }
+        if self.is_allocated && entry.writable && !entry.command {
+            self.settings.retain(|(own, _)| *own != entry.address);
+            self.settings.push((entry.address, bytes.clone()));
+        }
+        part(entry, &bytes)
+    }
+
+    /// All data with an entry; a request without an answer is repeated.
+    fn bytes_repeated(&mut self, entry: &Entry) -> Result<Vec<u8>, Failure> {
         let mut read = self.bytes_once(entry);
         for _ in 1..TRIES {
             match &read {
@@ -164,14 +225,9 @@ impl Session {
 
     fn bytes_once(&mut self, entry: &Entry) -> Result<Vec<u8>, Failure> {
         match (self.target, entry.address) {
-            (Target::Fsc(sensor), Address::Fsc { read, offset, .. }) => {
+            (Target::Fsc(sensor), Address::Fsc { read, .. }) => {
                 let reply = fsc::once(&mut self.link, sensor, read, &[], fsc::ANSWER)?;
-                let from = usize::from(offset);
-                let to = from + usize::from(entry.data_type.size());
-                let bytes = reply.data.get(from..to);
-                bytes
-                    .map(<[u8]>::to_vec)
-                    .ok_or_else(|| unexpected(&entry.name))
+                Ok(reply.data)
             }
             (target, Address::Object { index, sub }) => {
                 let server = target.server().ok_or_else(|| unexpected(&entry.name))?;
@@ -229,13 +285,25 @@ impl Session {
         raw_number(entry, &bytes)
     }
 
-    /// The same without repetitions.
+    /// The raw number of a setting. It is not read again while the connection of DeviceNet is allocated.
+    ///
+    /// # Errors
+    /// See [`read_bytes`](Self::read_bytes).
+    pub(crate) fn in_force(&mut self, entry: &Entry) -> Result<u32, Failure> {
+        let mut settings = self.settings.iter();
+        match settings.find(|(address, _)| self.is_allocated && *address == entry.address) {
+            Some((_, bytes)) => raw_number(entry, bytes),
+            None => self.read(entry),
+        }
+    }
+
+    /// The raw number of an entry, without repetitions.
     ///
     /// # Errors
     /// See [`read_bytes`](Self::read_bytes).
     pub fn read_once(&mut self, entry: &Entry) -> Result<u32, Failure> {
         let bytes = self.bytes_once(entry)?;
-        raw_number(entry, &bytes)
+        raw_number(entry, &part(entry, &bytes)?)
     }
 
     /// Writes raw numbers. Parameters of FSC with the same code are written together: those that are not given keep their values.
@@ -288,6 +356,17 @@ impl Session {
     /// # Errors
     /// The sensor refuses, nobody answers, or the adapter fails.
     pub fn write_bytes(&mut self, entry: &Entry, bytes: &[u8]) -> Result<(), Failure> {
+        // The resolution is read once, though values in its unit are written.
+        let resolution = self.sheet.product.guide.resolution;
+        let resolution = resolution.and_then(|own| self.sheet.parameter(own.parameter));
+        let resolution = resolution.map(|own| own.address);
+        let is_kept = !entry.command && resolution != Some(entry.address);
+        self.settings
+            .retain(|(address, _)| is_kept && *address != entry.address);
+        if let Some(known) = &mut self.known {
+            let is_resolution = |address| is_kept && resolution == Some(address);
+            known.read.retain(|(address, _)| is_resolution(*address));
+        }
         let what = format!("to write {}", entry.name);
         match (self.target, entry.address) {
             (
@@ -314,7 +393,11 @@ impl Session {
                 let path = Path { class, instance };
                 let data = [&[attribute], bytes].concat();
                 let response = self.explicit(slave, service::SET, path, &data)?;
-                response.must(slave.mac, &what).map(|_| ())
+                response.must(slave.mac, &what)?;
+                if is_kept {
+                    self.settings.push((entry.address, bytes.to_vec()));
+                }
+                Ok(())
             }
             _ => Err(unexpected(&entry.name)),
         }
@@ -331,7 +414,16 @@ impl Session {
         else {
             return Err(unexpected("the request"));
         };
-        let earlier = fsc::command(&mut self.link, sensor, tables, code, data, time)?;
+        // The request for the status clears its errors. There is nothing to clear if the reply before this request had none.
+        let is_clean = self.known.as_ref().is_some_and(|known| known.is_clean);
+        let earlier = match is_clean {
+            true => Vec::new(),
+            false => fsc::earlier(&mut self.link, sensor, tables)?,
+        };
+        if let Some(known) = &mut self.known {
+            known.read.clear();
+        }
+        fsc::command(&mut self.link, sensor, tables, code, data, time)?;
         for name in earlier {
             let note =
                 format!("the sensor had the error {name} before this command, which cleared it");
@@ -354,7 +446,7 @@ impl Session {
         let Some(own) = self.sheet.parameter(resolution.parameter).cloned() else {
             return Ok(entry.scale.clone());
         };
-        let number = self.read(&own)?;
+        let number = self.in_force(&own)?;
         Ok(own.scale.times(number))
     }
 
@@ -366,6 +458,17 @@ impl Session {
         let entry = self.sheet.parameter(id).cloned();
         entry.ok_or_else(|| unexpected("a parameter"))
     }
+}
+
+/// The bytes of an entry in what was read with it.
+fn part(entry: &Entry, bytes: &[u8]) -> Result<Vec<u8>, Failure> {
+    let Address::Fsc { offset, .. } = entry.address else {
+        return Ok(bytes.to_vec());
+    };
+    let from = usize::from(offset);
+    let to = from + usize::from(entry.data_type.size());
+    let bytes = bytes.get(from..to).map(<[u8]>::to_vec);
+    bytes.ok_or_else(|| unexpected(&entry.name))
 }
 
 /// The answer does not fit the product.

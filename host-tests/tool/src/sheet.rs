@@ -40,6 +40,16 @@ pub enum Address {
     },
 }
 
+impl Address {
+    /// Whether one request reads both.
+    pub fn is_read_with(self, other: Self) -> bool {
+        match (self, other) {
+            (Self::Fsc { read, .. }, Self::Fsc { read: own, .. }) => read == own,
+            _ => self == other,
+        }
+    }
+}
+
 /// Where an entry comes from.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Origin {

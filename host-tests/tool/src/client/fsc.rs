@@ -134,8 +134,29 @@ pub fn once(
     })
 }
 
-/// Sends a request that changes something. A status with the bits of an error is a refusal. Returns the names of the errors that the
-/// sensor had before: this request clears them.
+/// The names of the errors that the sensor has had before a request that changes something, which clears them. The bits stay until the
+/// status is read: an earlier refusal does not belong to that request.
+///
+/// # Errors
+/// Nobody answers, or the adapter fails.
+pub fn earlier(
+    link: &mut Link,
+    sensor: Sensor,
+    tables: &Tables,
+) -> Result<Vec<&'static str>, Failure> {
+    let earlier = must(link, sensor, status_code(tables), ANSWER)?;
+    let memory = mask(tables, |condition| condition == Condition::EepromError);
+    Ok(names(&tables.status, earlier.status & memory))
+}
+
+/// The bits of the status byte that are set by a refused request.
+pub fn errors(tables: &Tables) -> u8 {
+    mask(tables, |condition| {
+        matches!(condition, Condition::CmdParamError | Condition::EepromError)
+    })
+}
+
+/// Sends a request that changes something, after [`earlier`]. A status with the bits of an error is a refusal.
 ///
 /// # Errors
 /// The sensor refuses it, nobody answers, or the adapter fails.
@@ -146,18 +167,13 @@ pub fn command(
     code: u8,
     data: &[u8],
     time: Duration,
-) -> Result<Vec<&'static str>, Failure> {
-    let errors = mask(tables, |condition| {
-        matches!(condition, Condition::CmdParamError | Condition::EepromError)
-    });
-    // The bits stay until the status is read. An earlier refusal does not belong to this request.
-    let earlier = must(link, sensor, status_code(tables), ANSWER)?;
+) -> Result<(), Failure> {
+    let errors = errors(tables);
     let memory = mask(tables, |condition| condition == Condition::EepromError);
-    let earlier = names(&tables.status, earlier.status & memory);
     // The request is sent once: if only its reply is lost, a second request sets the zero point at a later position.
     let reply = once(link, sensor, code, data, time)?;
     if reply.status & errors == 0 {
-        return Ok(earlier);
+        return Ok(());
     }
     // Reading the status clears the bits.
     let names = names(&tables.status, reply.status & errors);

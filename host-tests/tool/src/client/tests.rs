@@ -290,6 +290,7 @@ fn zero_point_is_set_once_though_its_reply_is_lost() {
         request: plumbline::can::CanId::standard(0x300),
         reply: None,
     };
+    fsc::earlier(&mut link, sensor, tables).expect("a status");
     let failure = fsc::command(&mut link, sensor, tables, 0x28, &[], fsc::WRITTEN).unwrap_err();
     assert_eq!(failure.code, "no-answer");
     let script = adapter.0.borrow();

@@ -1,10 +1,11 @@
 //! The commands `backup` and `set --file`.
 
-use super::{replaced, set};
+use super::replaced;
 use crate::backup::{Backup, write_file};
 use crate::eds::dcf::{self, Commissioning};
 use crate::failure::Failure;
 use crate::identify::Found;
+use crate::ops::set;
 use crate::output::Terminal;
 use crate::resolve;
 use crate::session::{Session, Target};
@@ -13,7 +14,7 @@ use serde_json::{Map, Value, json};
 use std::path::{Path, PathBuf};
 
 /// Reads all settings and writes them into a file.
-pub(super) fn backup(
+pub(crate) fn backup(
     session: &mut Session,
     found: &Found,
     path: &Path,

@@ -1,36 +1,29 @@
 //! The commands of the tool, one file for each.
 
-mod address;
-mod adjust;
 pub mod calibrate;
-mod factory;
-mod file;
+pub(crate) mod file;
 mod help;
 pub mod identity;
-mod j1939;
-mod label;
 mod parameters;
 mod ports;
-mod rate;
-mod raw;
 mod record;
-mod restore;
-mod set;
+pub(crate) mod restore;
 mod watch;
 
-use crate::adapter::{self, Adapter};
+use crate::adapter::{self, Adapter, Mode};
 use crate::calibrate::log::Source;
 use crate::cli::{Cli, Command, Options};
+use crate::client::Link;
 use crate::connect::{self, Wanted};
 use crate::eds;
 use crate::failure::Failure;
-use crate::identify::{self, Found, Identity};
+use crate::identify::{self, Found};
 use crate::labels::Labels;
+use crate::ops::{self, Request};
 use crate::output::Terminal;
 use crate::scan;
 use crate::serve;
-use crate::session::{Session, Target};
-use serde_json::json;
+use crate::session::Session;
 use std::path::Path;
 
 /// Opens the adapter of a port.
@@ -47,35 +40,11 @@ pub fn run(cli: &Cli, terminal: &mut Terminal) -> Result<(), Failure> {
     run_with(cli, terminal, &mut adapter::connect)
 }
 
-/// The sensor of a command: which one it must be, and where it is afterwards.
-#[derive(Debug, Default)]
-pub struct Sensor {
-    /// Which one must answer. None: any.
-    pub expected: Option<Identity>,
-    /// Its address after the command, also if that has failed. None: it was not found.
-    pub target: Option<Target>,
-    /// What an earlier scan has heard.
-    pub memory: scan::Memory,
-}
-
 /// Runs a command with these adapters.
 ///
 /// # Errors
 /// The command failed.
 pub fn run_with(cli: &Cli, terminal: &mut Terminal, connect: Connect) -> Result<(), Failure> {
-    run_on(cli, terminal, connect, &mut Sensor::default())
-}
-
-/// Runs a command with these adapters, on this sensor.
-///
-/// # Errors
-/// The command failed, or another sensor answers.
-pub fn run_on(
-    cli: &Cli,
-    terminal: &mut Terminal,
-    connect: Connect,
-    sensor: &mut Sensor,
-) -> Result<(), Failure> {
     let options = &cli.options;
     match &cli.command {
         Command::Ports => return ports::list(terminal),
@@ -83,11 +52,11 @@ pub fn run_on(
         Command::Man { command, out } => {
             return help::man(command.as_deref(), out.as_deref(), terminal);
         }
-        Command::Set {
+        Command::Operation(Request::Set {
             assignments,
             file: Some(path),
             ..
-        } => {
+        }) => {
             let sheet = options.eds.as_deref().map(eds::read).transpose()?;
             return file::set_in_file(path, assignments, sheet.as_ref(), terminal);
         }
@@ -159,16 +128,7 @@ pub fn run_on(
             let path = options.eds.as_deref().unwrap_or(Path::new(""));
             return parameters::list(&eds::read(path)?, terminal);
         }
-        Command::NodeId { .. }
-        | Command::Mac { .. }
-        | Command::Rate { .. }
-        | Command::Zero { .. }
-        | Command::Teach { .. }
-            if options.eds.is_some() =>
-        {
-            let message = "a data sheet does not describe this command: use `plumbline set` with the names that `plumbline parameters` lists";
-            return Err(Failure::usage("not-offered", message));
-        }
+        Command::Operation(request) if options.eds.is_some() => request.check_described()?,
         _ => {}
     }
     let mut bus = Bus {
@@ -178,7 +138,6 @@ pub fn run_on(
             cli.command,
             Command::Watch { cyclic: true, .. } | Command::Record { cyclic: true, .. }
         ),
-        sensor,
     };
     match &cli.command {
         Command::Scan { active, search } => {
@@ -186,70 +145,35 @@ pub fn run_on(
                 rate: options.rate,
                 active: *active || options.yes,
                 search: *search,
-                memory: bus.sensor.memory.clone(),
+                memory: scan::Memory::default(),
             };
             let labels = bus.labels(terminal);
-            scan::run(bus.adapter()?, options, labels, terminal)
+            let rows = scan::run(bus.adapter()?, options, labels, terminal)?;
+            terminal.document(&rows)
         }
         Command::Parameters => bus.with(terminal, |session, terminal| {
             parameters::list(&session.sheet, terminal)
         }),
-        Command::Get { names } => bus.with(terminal, |session, terminal| {
-            parameters::get(session, names, terminal)
-        }),
-        Command::Set {
-            assignments, save, ..
-        } => bus.with(terminal, |session, terminal| {
-            set::set(session, assignments, *save, terminal)
-        }),
-        Command::Save => bus.with(terminal, |session, terminal| {
-            let done = session.save()?;
-            tell(terminal, done)
-        }),
-        Command::LoadFactory => bus.with_found(terminal, factory::load),
-        Command::Zero { axis, save } => bus.with_found(terminal, |session, found, terminal| {
-            let axis = axis.map(|axis| axis.name());
-            adjust::adjust(session, found, adjust::What::Zero, (axis, *save), terminal)
-        }),
-        Command::Teach { save } => bus.with_found(terminal, |session, found, terminal| {
-            adjust::adjust(session, found, adjust::What::Teach, (None, *save), terminal)
-        }),
-        Command::Restart => bus.with(terminal, |session, terminal| {
-            session.restart()?;
-            tell(terminal, "the sensor restarts")
-        }),
-        Command::NodeId { new } => bus.with(terminal, |session, terminal| {
-            address::node_id(session, *new, terminal)
-        }),
-        Command::Mac { new } => bus.with(terminal, |session, terminal| {
-            address::mac(session, *new, terminal)
-        }),
-        Command::Address { new } => bus.with(terminal, |session, terminal| {
-            j1939::address(session, *new, terminal)
-        }),
-        Command::Rate { new } => bus.with_found(terminal, |session, found, terminal| {
-            rate::rate(session, found, *new, terminal)
-        }),
-        Command::Label { name, remove } => {
-            let mut labels = Labels::open(options.config.as_deref())?;
-            let change = match (name, remove) {
-                (Some(name), _) => label::Change::Give(name),
-                (None, true) => label::Change::Remove,
-                (None, false) => label::Change::Show,
+        Command::Operation(Request::Raw { request }) => raw(&mut bus, request, terminal),
+        Command::Operation(request) => {
+            let mut labels = match request {
+                Request::Label { .. } => Labels::open(options.config.as_deref())?,
+                _ => Labels::default(),
             };
-            bus.with_found(terminal, |_, found, terminal| {
-                label::label(&mut labels, found, change, terminal)
-            })
+            let report = bus.with_found(terminal, |session, found, terminal| {
+                ops::perform(request, session, found, (&mut labels, false), terminal)
+            })?;
+            terminal.report(&report)
         }
-        Command::Raw { request } => raw::raw(&mut bus, request, terminal),
         Command::Backup { file } => bus.with_found(terminal, |session, found, terminal| {
             file::backup(session, found, file, terminal)
         }),
         Command::Restore { file, only } => {
             let mut labels = bus.labels(terminal);
             bus.with_found(terminal, |session, found, terminal| {
-                let name = restore::restore(session, found, file, only, terminal)?;
-                label::take_over(&mut labels, found, name.as_deref(), terminal);
+                let (document, name) = restore::restore(session, found, file, only, terminal)?;
+                terminal.document(&document)?;
+                ops::label::take_over(&mut labels, found, name.as_deref(), terminal);
                 Ok(())
             })
         }
@@ -295,7 +219,8 @@ pub fn run_on(
                 store: store.as_deref(),
             };
             bus.with(terminal, |session, terminal| {
-                identity::from_sensor(session, into, terminal)
+                let told = ops::identity::told(session, terminal)?;
+                identity::finish(&told, into, terminal)
             })
         }
         Command::Calibrate { .. }
@@ -317,10 +242,24 @@ fn replaced(path: &Path, terminal: &mut Terminal) -> Result<(), Failure> {
     Ok(())
 }
 
-/// What happened, in one sentence.
-fn tell(terminal: &mut Terminal, text: &str) -> Result<(), Failure> {
-    terminal.line(text)?;
-    terminal.document(&json!({"done": text}))
+/// Sends one request and prints the answer. With an address and a bit rate of the command line the sensor is not asked for anything else.
+fn raw(bus: &mut Bus, request: &str, terminal: &mut Terminal) -> Result<(), Failure> {
+    let wanted = bus.wanted(terminal)?;
+    let adapter = bus.adapter()?;
+    let (mut link, target) = match (wanted.target, wanted.rate) {
+        (Some(target), Some(rate)) => {
+            let mut link = Link::new(adapter, &terminal.stopped);
+            link.open(Some(rate), Mode::Active)?;
+            (link, target)
+        }
+        _ => {
+            let (link, found) = connect::find(adapter, &wanted, terminal)?;
+            (link, found.target)
+        }
+    };
+    let report = ops::raw::send(&mut link, target, request)?;
+    link.close();
+    terminal.report(&report)
 }
 
 /// The bus of the options.
@@ -329,7 +268,6 @@ struct Bus<'a> {
     connect: Connect<'a>,
     /// A DeviceNet slave of another master is listened to.
     listens: bool,
-    sensor: &'a mut Sensor,
 }
 
 impl Bus<'_> {
@@ -367,9 +305,8 @@ impl Bus<'_> {
             sheet,
             labels: self.labels(terminal),
             listens: self.listens,
-            expected: self.sensor.expected.clone(),
             all_yes: options.yes,
-            memory: self.sensor.memory.clone(),
+            memory: scan::Memory::default(),
         })
     }
 
@@ -395,7 +332,6 @@ impl Bus<'_> {
     ) -> Result<T, Failure> {
         let (mut session, found) = self.session(terminal)?;
         let result = run(&mut session, &found, terminal);
-        self.sensor.target = Some(session.target);
         session.link.end();
         let released = session.release();
         session.link.close();

@@ -1,10 +1,10 @@
 //! `restore` and `diff`: the settings of a file and the settings of the sensor.
 
-use super::set::{constrain, is_saved_on_command, later, write};
-use super::{address, adjust};
 use crate::backup::Backup;
 use crate::failure::Failure;
 use crate::identify::Found;
+use crate::ops::set::{constrain, is_saved_on_command, later, write};
+use crate::ops::{address, adjust};
 use crate::output::Terminal;
 use crate::plan;
 use crate::resolve;
@@ -133,15 +133,15 @@ pub(super) fn diff(
     terminal.document(&document(&differences))
 }
 
-/// Writes the settings of a file that differ from the sensor, reads them back and stores them. Returns the name of the sensor in the
-/// file, if all settings are restored.
-pub(super) fn restore(
+/// Writes the settings of a file that differ from the sensor, reads them back and stores them. Returns the document with them, and
+/// the name of the sensor in the file, if all settings are restored.
+pub(crate) fn restore(
     session: &mut Session,
     found: &Found,
     path: &Path,
     only: &[String],
     terminal: &mut Terminal,
-) -> Result<Option<String>, Failure> {
+) -> Result<(Value, Option<String>), Failure> {
     let mut backup = read(session, path)?;
     if !only.is_empty() {
         let mut wanted = Vec::new();
@@ -211,6 +211,6 @@ pub(super) fn restore(
             terminal.note(format!("{} acts {note}", one.entry.name));
         }
     }
-    terminal.document(&document(&found_differences))?;
-    Ok(backup.label.filter(|_| only.is_empty()))
+    let label = backup.label.filter(|_| only.is_empty());
+    Ok((document(&found_differences), label))
 }

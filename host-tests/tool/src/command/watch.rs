@@ -1,11 +1,11 @@
 //! `watch` and `log`, and the samples of `record`.
 
-use super::set;
 use crate::adapter::{Adapter, Mode};
 use crate::client::Link;
 use crate::connect;
 use crate::cyclic::Cyclic;
 use crate::failure::Failure;
+use crate::ops::set;
 use crate::output::Terminal;
 use crate::resolve;
 use crate::sample::{Sample, Sampler};

@@ -3,7 +3,6 @@
 use crate::client::devicenet::Slave;
 use crate::client::fsc::Sensor;
 use crate::failure::Failure;
-use crate::identify::Identity;
 use crate::labels::Labels;
 use crate::number::identifier;
 use crate::scan::Memory;
@@ -27,8 +26,6 @@ pub struct Wanted {
     pub labels: Labels,
     /// A DeviceNet slave of another master is only listened to. Otherwise it is refused.
     pub listens: bool,
-    /// The sensor that must answer; another one is refused.
-    pub expected: Option<Identity>,
     /// All questions are answered with yes on the command line. That does not tell which of several products the sensor is.
     pub all_yes: bool,
     /// What an earlier scan has heard.

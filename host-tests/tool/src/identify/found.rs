@@ -37,6 +37,11 @@ pub struct Identity {
 }
 
 impl Identity {
+    /// The serial number; None: the sensor does not have one of its own.
+    pub fn serial(&self) -> Option<u32> {
+        self.serial
+    }
+
     /// Whether no other sensor has it.
     pub fn is_unique(&self) -> bool {
         self.serial.is_some()

@@ -35,6 +35,7 @@ pub use row::Row;
 use row::Rows;
 pub(crate) use row::kbits;
 use schedule::Schedule;
+use serde_json::Value;
 
 /// The options of a scan.
 #[derive(Clone, Debug, Default)]
@@ -61,7 +62,7 @@ pub fn run(
     options: Options,
     labels: Labels,
     terminal: &mut Terminal,
-) -> Result<(), Failure> {
+) -> Result<Value, Failure> {
     let mut link = Link::new(adapter, &terminal.stopped);
     let rates = match (options.rate, link.adapter().capabilities().sets_rate) {
         (Some(rate), _) => vec![Some(rate)],
@@ -93,7 +94,7 @@ pub fn run(
             ),
         });
     }
-    terminal.document(&rows.json())
+    Ok(rows.json())
 }
 
 /// The identifiers that a message names.

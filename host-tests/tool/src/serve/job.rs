@@ -5,6 +5,7 @@ use super::sheets::Sheets;
 use crate::adapter::Adapter;
 use crate::cli::{Cli, Options};
 use crate::failure::Failure;
+use crate::ops::Request;
 use clap::Parser;
 use serde::Deserialize;
 use serde_json::Value;
@@ -115,6 +116,43 @@ impl Connect {
     }
 }
 
+/// The job to find sensors at a port.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Scan {
+    /// The port of the adapter.
+    pub port: String,
+    /// The bit rate in kbit/s; None: all.
+    #[serde(default)]
+    pub rate: Option<f64>,
+    /// The user wants it to ask at other addresses.
+    #[serde(default)]
+    pub active: bool,
+    /// The same at all identifiers.
+    #[serde(default)]
+    pub search: bool,
+    /// The questions that were answered with yes.
+    #[serde(default)]
+    pub yes: Vec<String>,
+}
+
+impl Scan {
+    /// The words of the command line.
+    pub fn words(&self) -> Words {
+        let mut words = vec!["--port".to_owned(), self.port.clone()];
+        if let Some(rate) = self.rate {
+            words.extend(["--rate".to_owned(), rate.to_string()]);
+        }
+        words.push("scan".to_owned());
+        for (name, is_wanted) in [("--active", self.active), ("--search", self.search)] {
+            if is_wanted {
+                words.push(name.to_owned());
+            }
+        }
+        words
+    }
+}
+
 /// What the worker is asked to do.
 #[derive(Debug)]
 pub enum Task {
@@ -123,18 +161,9 @@ pub enum Task {
     /// Close the adapter, so that other programs can use it.
     Disconnect,
     /// Find sensors at a port.
-    Scan {
-        /// The port of the adapter.
-        port: String,
-        /// The command with its options.
-        words: Words,
-        /// The questions that were answered with yes.
-        yes: Vec<String>,
-        /// The user wants it to ask at other addresses.
-        asks: bool,
-    },
+    Scan(Scan),
     /// Run a command on the sensor.
-    Run(Words),
+    Run(Request),
     /// Read all settings into a file.
     Backup,
     /// Write the settings of a file that differ.

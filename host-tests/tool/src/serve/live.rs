@@ -87,6 +87,7 @@ impl Live {
         connection: u64,
         samples_per_second: u32,
     ) -> Result<Self, Failure> {
+        session.expected = found.identity().serial();
         let sampler = sampler(&mut session)?;
         let now = session.link.now();
         let is_register = |entry: &&Entry| entry.address == ERROR_REGISTER;
@@ -158,6 +159,11 @@ impl Live {
             self.push(json!([self.seconds(now)]));
         }
         Ok(())
+    }
+
+    /// An operation has run that changes no scale: its time is not a loss.
+    pub fn go_on(&mut self) {
+        self.next = self.session.link.now();
     }
 
     fn seconds(&self, at: Instant) -> f64 {

@@ -9,14 +9,14 @@
 //! - [`assets`]: the files of the page, which are parts of the program
 //! - [`api`]: the requests of the page, as JSON
 //! - [`job`]: the jobs of the worker
-//! - [`worker`]: one thread that owns the adapter; it runs the commands of the command line and polls the angles
+//! - [`worker`]: one thread that owns the adapter; it performs the operations in its session, and polls the angles between them
 //! - [`lease`], [`tap`]: the adapter that commands and samples share, with counts of its frames
 //! - [`live`]: the session that is polled; [`mod@line`]: a command as the line that the user can copy
 //! - [`calibration`]: the six positions of a unit of this project, with a thread of their own
 //! - [`sheets`]: the data sheets (EDS) of devices that are not in the catalogue
 //! - [`events`]: server-sent events to the tabs
 //!
-//! An action of the page is a command of the command line: the same code runs, and the page shows the line.
+//! An action of the page is an operation of the command line (`ops`): the same function runs, and the page shows the line.
 
 pub mod api;
 pub mod assets;

@@ -18,12 +18,11 @@ use crate::identify::{self, Identity};
 use crate::labels::Labels;
 use crate::output::Terminal;
 use crate::scan::{Memory, kbits};
-use crate::session::Target;
 use commands::Notes;
 use plumbline::can::BitRate;
 use plumbline::time::{after, millis};
 use report::Reported;
-use serde_json::{Value, json};
+use serde_json::{Map, Value, json};
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -67,8 +66,8 @@ pub struct Worker {
     connection: u64,
     /// Which sensor has that number.
     last: Option<Identity>,
-    /// Where the sensor of the last command is.
-    target: Option<Target>,
+    /// What the sensor has told, for the page.
+    values: Map<String, Value>,
     samples: u32,
     /// The line of the running command.
     busy: Option<String>,
@@ -95,7 +94,7 @@ impl Worker {
             given: None,
             connection: 0,
             last: None,
-            target: None,
+            values: Map::new(),
             samples: SAMPLES,
             busy: None,
             error: None,
@@ -155,8 +154,8 @@ impl Worker {
                 live.turn(&self.hub)?;
                 let was_silent = std::mem::replace(&mut self.status.was_silent, live.is_silent());
                 if was_silent && !live.is_silent() {
-                    // It has been restarted: its values can differ.
-                    self.refresh()?;
+                    // It has been restarted: its values can differ, or it is another one.
+                    self.returned()?;
                 }
                 Ok(())
             }
@@ -219,13 +218,8 @@ impl Worker {
                 self.close()?;
                 Ok(json!({}))
             }
-            Task::Scan {
-                port,
-                words,
-                yes,
-                asks,
-            } => self.scan(&port, words, &yes, asks),
-            Task::Run(words) => self.command(words),
+            Task::Scan(wanted) => self.scan(&wanted),
+            Task::Run(request) => self.perform(&request),
             Task::Backup => self.backup(),
             Task::Restore {
                 text,
@@ -302,6 +296,7 @@ impl Worker {
             out: &mut std::io::sink(),
             notes,
             confirm: &mut confirm,
+            all_yes: wanted.all,
             stopped: self.stopped(),
             bar: self.steps(number),
         };
@@ -344,7 +339,6 @@ impl Worker {
             },
             sheet: sheet.as_ref().map(|kept| kept.sheet.clone()),
             labels: Labels::open(self.config.as_deref()).unwrap_or_default(),
-            expected: None,
             all_yes: wanted.all,
             memory,
         };

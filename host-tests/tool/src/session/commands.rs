@@ -12,6 +12,7 @@ use plumbline::devicenet::service;
 use plumbline::fsc::table::{Function, Operation};
 use plumbline::model::catalog::Protocol;
 use plumbline::model::listing;
+use plumbline::param::number;
 
 /// What follows if [`Session::loads_at_restart`] is true.
 const AT_RESTART: &str = "factory values, including node-ID and bit rate, take effect after a restart; then `save` stores them";
@@ -43,6 +44,31 @@ impl Session {
             ),
             ..failure
         })
+    }
+
+    /// The serial number of the sensor, if its protocol tells it in one answer. A connection of DeviceNet has checked it.
+    ///
+    /// # Errors
+    /// The sensor refuses, nobody answers, or the adapter fails.
+    pub(crate) fn serial(&mut self) -> Result<Option<u32>, Failure> {
+        const FSC: u8 = 0x04;
+        let bytes = match self.target {
+            Target::Fsc(sensor) => {
+                let reply = fsc::must(&mut self.link, sensor, FSC, fsc::ANSWER)?;
+                if let (Some(known), Protocol::Fsc(tables)) =
+                    (&mut self.known, &self.sheet.product.protocol)
+                {
+                    known.is_clean = reply.status & fsc::errors(tables) == 0;
+                }
+                reply.data.get(..4).map(<[u8]>::to_vec)
+            }
+            Target::Canopen(node) => {
+                let answer = Server::of(node).read(&mut self.link, 0x1018, 4)?;
+                Some(answer.must(node, "to read the serial number")?)
+            }
+            Target::Devicenet(_) | Target::J1939(_) => None,
+        };
+        Ok(bytes.map(|bytes| number(&bytes)))
     }
 
     /// Stores the parameters. Returns a sentence about what happened.

@@ -38,6 +38,7 @@ fn checked(
         notes: &mut notes,
         confirm: &mut confirm,
         bar: None,
+        all_yes: false,
         stopped: Rc::new(|| false),
     };
     let result = check(&mut session, &mut terminal);

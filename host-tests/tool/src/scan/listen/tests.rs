@@ -74,6 +74,7 @@ fn heard(at: u32, is_blind: bool, listen: Listen) -> Option<Traffic> {
         confirm: &mut |_: &str| false,
         stopped,
         bar: None,
+        all_yes: false,
     };
     listen(&mut link, &mut terminal)
 }

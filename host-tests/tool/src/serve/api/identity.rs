@@ -3,16 +3,15 @@
 
 use super::file::log;
 use super::{Answer, App, parse};
-use crate::command::identity::{document, given};
+use crate::command::identity::given;
 use crate::failure::Failure;
+use crate::ops::identity::Told;
 use crate::serve::line::Words;
 use axum::body::Bytes;
 use axum::extract::State;
 use host_tests::store_file;
-use plumbline::model::catalog::Product;
-use plumbline::store::Unit;
 use serde::Deserialize;
-use serde_json::Value;
+use serde_json::{Value, json};
 use std::sync::Arc;
 
 #[derive(Deserialize)]
@@ -27,7 +26,7 @@ struct Given {
 }
 
 impl Given {
-    fn unit(&self) -> Result<(&'static Product, Unit), Failure> {
+    fn unit(&self) -> Result<Told, Failure> {
         given(&self.text, &self.name, self.product.as_deref())
     }
 
@@ -46,8 +45,7 @@ pub(super) async fn read(State(app): State<Arc<App>>, body: Bytes) -> Answer {
     let file: Given = parse(&body)?;
     let unit = file.unit();
     log(&app, &file.words(None), unit.as_ref().err());
-    let (product, unit) = unit?;
-    Ok(axum::Json(document(product, &unit)))
+    Ok(axum::Json(json!(unit?)))
 }
 
 /// Writes the identity in a file into the store file.
@@ -57,7 +55,7 @@ pub(super) async fn write(State(app): State<Arc<App>>, body: Bytes) -> Answer {
         let message = "there is no store file: start `plumbline serve --store FILE`";
         return Err(Failure::usage("no-store", message).into());
     };
-    let written = file.unit().and_then(|(product, unit)| {
+    let written = file.unit().and_then(|Told { product, unit }| {
         let written = store_file::identify(product, &unit, store);
         written.map_err(|why| Failure::bus("no-file", why))
     });

@@ -1,18 +1,21 @@
-//! The commands of the command line, run with the adapter of the worker.
+//! What the worker does with the sensor of its session, and what the page shows of it.
 
 use super::which::{ASKS, Answers, on_request};
-use super::{State, Worker, now};
-use crate::adapter::Adapter;
+use super::{Live, State, Worker, now};
 use crate::backup::Backup;
-use crate::command::{Sensor, run_on};
-use crate::connect;
 use crate::failure::{Failure, Kind as Refusal};
+use crate::labels::Labels;
+use crate::ops::report::{Adjusted, Values};
+use crate::ops::{self, Report, Request};
 use crate::output::{Bar, Progress, Terminal};
-use crate::scan::{Memory, SILENT};
+use crate::scan::{self, SILENT};
 use crate::serve::api::file::document;
 use crate::serve::events::{Hub, Kind};
-use crate::serve::job::parse;
+use crate::serve::job::Scan;
 use crate::serve::line::{self, Words};
+use crate::{command, connect, identify};
+use bench::bit_rate;
+use plumbline::param::DataType;
 use serde_json::{Value, json};
 use std::io::Write;
 use std::sync::Arc;
@@ -24,36 +27,52 @@ impl Worker {
         // A folder of its own: the backup of a CANopen sensor is two files.
         let folder = tempfile::tempdir().map_err(unwritten)?;
         let file = folder.path().join("backup.toml");
-        let path = file.to_string_lossy().into_owned();
-        self.on_sensor(words(["backup", &path]), words(["backup", "FILE.toml"]))?;
+        let read = self.on_sensor(words(["backup", "FILE.toml"]), |live, terminal| {
+            identify::same(&mut live.session, &live.found)?;
+            command::file::backup(&mut live.session, &live.found, &file, terminal)
+        });
+        self.follow(&read)?;
+        read?;
         let sheet = self.sheet.as_ref().map(|kept| &kept.sheet);
         let backup = Backup::read_with(&file, sheet)?;
         Ok(document(&backup, &self.sheets))
     }
 
     /// Finds sensors. A question of the scan without a yes goes back to the page, which asks the user, and scans again from there: if the
-    /// user wants to ask (`asks`), if there is no traffic, or if something was heard that can be a sensor.
-    pub(super) fn scan(
-        &mut self,
-        port: &str,
-        words: Words,
-        yes: &[String],
-        asks: bool,
-    ) -> Result<Value, Failure> {
+    /// user wants to ask, if there is no traffic, or if something was heard that can be a sensor.
+    pub(super) fn scan(&mut self, wanted: &Scan) -> Result<Value, Failure> {
+        let rate = wanted.rate.map(|rate| bit_rate(&rate.to_string()));
+        let rate = rate.transpose();
+        let rate = rate.map_err(|why| Failure::usage("bad-request", why))?;
         self.error = None;
         self.close()?;
-        self.lease(port)?;
-        let asked = self.asked(&words, yes);
-        let mut answers = Answers::new(yes);
+        let lease = self.lease(&wanted.port)?;
+        let words = wanted.words();
+        let asked = self.asked(&words, &wanted.yes);
+        let options = scan::Options {
+            rate,
+            active: wanted.active,
+            search: wanted.search,
+            memory: asked.memory.clone(),
+        };
+        let labels = Labels::open(self.config.as_deref()).unwrap_or_default();
+        let mut answers = Answers::new(&wanted.yes);
         self.hub.publish(Kind::Found, &json!([]));
         let number = self.begin(&words);
         let mut notes = self.notes(number);
-        let bar = self.steps(number);
-        let mut confirm = |question: &str| answers.confirm(question);
-        let result = self.execute(&words, &mut notes, bar, &asked.memory, &mut confirm);
-        if let Some((_, lease)) = &self.port {
-            lease.end();
-        }
+        let mut terminal = Terminal {
+            json: true,
+            out: &mut std::io::sink(),
+            notes: &mut notes,
+            confirm: &mut |question: &str| answers.confirm(question),
+            all_yes: false,
+            stopped: self.stopped(),
+            bar: self.steps(number),
+        };
+        let result = scan::run(Box::new(lease.clone()), options, labels, &mut terminal);
+        let result = result.map_err(on_request);
+        lease.end();
+        let asks = wanted.active || wanted.search;
         let may_ask = match &result {
             Ok(_) => true,
             Err(failure) => failure.kind == Refusal::Silent && (asks || answers.has(SILENT)),
@@ -69,34 +88,91 @@ impl Worker {
         result
     }
 
-    pub(super) fn command(&mut self, words: Words) -> Result<Value, Failure> {
-        let name = words.first().cloned().unwrap_or_default();
-        let new = words.last().cloned().unwrap_or_default();
-        let result = self.on_sensor(words.clone(), words)?;
-        match name.as_str() {
-            "label" => self.named(&result),
-            "rate" => {
-                let target = self.target.take();
-                self.again(|wanted| {
-                    wanted.rate = new.parse().ok().or(wanted.rate);
-                    // The restart has put a stored address into force.
-                    if let Some(target) = target {
-                        wanted.address = Some(target.address());
-                    }
-                })?;
+    /// Performs an operation on the sensor.
+    pub(super) fn perform(&mut self, request: &Request) -> Result<Value, Failure> {
+        let config = self.config.clone();
+        let mut done = None;
+        let result = self.on_sensor(request.words(), |live, terminal| {
+            let mut labels = match request {
+                Request::Label { .. } => Labels::open(config.as_deref())?,
+                _ => Labels::default(),
+            };
+            let (session, found) = (&mut live.session, &live.found);
+            let report = ops::perform(request, session, found, (&mut labels, true), terminal)?;
+            let document = json!(report);
+            done = Some(report);
+            Ok(document)
+        });
+        match done {
+            Some(Report::Label { label, .. }) => {
+                if let State::Active(live) = &mut self.state {
+                    live.found.label = label;
+                    let device = live.device(&self.sheets);
+                    self.hub.publish(Kind::Device, &device);
+                }
             }
-            _ => {}
+            Some(Report::Identity(_)) => self.take(Values::default()),
+            Some(Report::Values(values)) => self.take(values),
+            Some(Report::Written { values, .. }) if self.is_plain(&values) => self.take(values),
+            Some(Report::Adjusted(adjusted)) => self.adjusted(adjusted),
+            Some(_) if *request == Request::Save => self.take(Values::default()),
+            Some(_) if matches!(request, Request::Rate { .. }) => self.moved()?,
+            _ => self.follow(&result)?,
         }
-        Ok(result)
+        result
     }
 
-    /// Shows the new name of the sensor.
-    fn named(&mut self, result: &Value) {
+    /// Whether these parameters change nothing else.
+    fn is_plain(&self, values: &Values) -> bool {
+        let State::Active(live) = &self.state else {
+            return false;
+        };
+        let (session, names) = (&live.session, &values.0);
+        let mut entries = session.sheet.entries.iter();
+        session.target.address() == live.found.target.address()
+            && !entries.any(|entry| {
+                let has_effect = entry.command
+                    || session.sheet.is_resolution(entry)
+                    || entry.data_type == DataType::Text;
+                has_effect && names.iter().any(|shown| shown.name == entry.name)
+            })
+    }
+
+    /// Shows the values that an operation has read.
+    fn take(&mut self, values: Values) {
         if let State::Active(live) = &mut self.state {
-            live.found.label = result["label"].as_str().map(str::to_owned);
-            let device = live.device(&self.sheets);
-            self.hub.publish(Kind::Device, &device);
+            live.go_on();
         }
+        if !values.0.is_empty() {
+            let own = values.0.into_iter().map(|shown| (shown.name, shown.json));
+            self.values.extend(own);
+            self.hub.publish(Kind::Values, &json!(self.values));
+        }
+    }
+
+    /// Shows the angles, and the parameters that a new reference has changed.
+    fn adjusted(&mut self, adjusted: Adjusted) {
+        let mut values = adjusted.angles;
+        if let State::Active(live) = &mut self.state {
+            let session = &mut live.session;
+            session.remember(true);
+            for entry in adjusted.what.written(session) {
+                let written = adjusted
+                    .written
+                    .iter()
+                    .find(|(own, _)| own.name == entry.name);
+                let shown = match written {
+                    Some((_, raw)) => {
+                        let scale = session.scale_of(&entry);
+                        scale.map(|scale| ops::get::shown(&entry, scale, *raw))
+                    }
+                    None => ops::get::show(session, &entry),
+                };
+                values.0.extend(shown.ok());
+            }
+            session.remember(false);
+        }
+        self.take(values);
     }
 
     pub(super) fn restore(
@@ -112,70 +188,139 @@ impl Worker {
         let backup = read.map_err(|why| Failure::usage("bad-file", why))?;
         let mut file = tempfile::NamedTempFile::new().map_err(unwritten)?;
         file.write_all(text.as_bytes()).map_err(unwritten)?;
-        let path = file.path().to_string_lossy().into_owned();
-        let with = |path: &str| {
-            let mut words = words(["restore"]);
-            line::positional(&mut words, &[path.to_owned()]);
-            if !only.is_empty() {
-                words.push("--only".to_owned());
-                words.extend_from_slice(only);
-            }
-            words
-        };
+        let mut shown = words(["restore"]);
+        line::positional(&mut shown, &[name.to_owned()]);
+        if !only.is_empty() {
+            shown.push("--only".to_owned());
+            shown.extend_from_slice(only);
+        }
         if only.iter().any(|name| name.starts_with('-')) {
             return Err(Failure::usage(
                 "unknown-name",
                 "a name begins with a letter",
             ));
         }
-        let restored = self.on_sensor(with(&path), with(name))?;
+        let config = self.config.clone();
+        let result = self.on_sensor(shown, |live, terminal| {
+            let (session, found) = (&mut live.session, &live.found);
+            identify::same(session, found)?;
+            let (document, name) =
+                command::restore::restore(session, found, file.path(), only, terminal)?;
+            let mut labels = Labels::open(config.as_deref()).unwrap_or_default();
+            ops::label::take_over(&mut labels, found, name.as_deref(), terminal);
+            live.found.label = labels.name(&live.found);
+            Ok(document)
+        });
+        self.follow(&result)?;
+        let restored = result?;
         if let Some(label) = backup.label.filter(|_| label) {
-            let mut words = words(["label"]);
-            line::positional(&mut words, &[label]);
-            self.command(words)?;
+            self.perform(&Request::Label {
+                name: Some(label),
+                remove: false,
+            })?;
         }
         Ok(restored)
     }
 
-    /// Runs a command on the sensor of the session, which is released meanwhile.
-    fn on_sensor(&mut self, words: Words, shown: Words) -> Result<Value, Failure> {
-        let State::Active(live) = &mut self.state else {
+    /// Does something with the sensor of the session; the page shows its line, notes and result.
+    fn on_sensor<T: Into<Value> + Clone>(
+        &mut self,
+        words: Words,
+        run: impl FnOnce(&mut Live, &mut Terminal) -> Result<T, Failure>,
+    ) -> Result<T, Failure> {
+        let State::Active(_) = &self.state else {
             let message = "there is no sensor: connect to one first";
             return Err(Failure::usage("not-connected", message));
         };
-        live.release()?;
-        let with = |words: Words| [self.selection.clone(), words].concat();
-        // The page has asked already.
-        let result = self.logged(with(words), with(shown), &mut |_| true);
+        let shown = [self.selection.clone(), words].concat();
+        let number = self.begin(&shown);
+        let mut notes = self.notes(number);
+        let (stopped, bar) = (self.stopped(), self.steps(number));
+        let State::Active(live) = &mut self.state else {
+            unreachable!("it is connected");
+        };
+        let mut terminal = Terminal {
+            json: true,
+            out: &mut std::io::sink(),
+            notes: &mut notes,
+            confirm: &mut |_| true,
+            // The page has asked already.
+            all_yes: true,
+            stopped,
+            bar,
+        };
+        let result = run(live, &mut terminal).map_err(on_request);
+        for note in live.session.notes.drain(..) {
+            terminal.note(note);
+        }
+        let document = result.clone().map(Into::into);
+        self.end(number, &shown, &document, notes.all);
         // What follows shows the state of the sensor, also after a stop.
         self.stop.store(false, Ordering::Relaxed);
-        if let Err(failure) = &result
-            && failure.code == connect::OTHER
-        {
-            // The page shows it: it is told apart by its number.
-            let _ = self.again(|_| {});
-            return result;
+        result
+    }
+
+    /// Shows the sensor after something that can have changed all of it.
+    fn follow<T>(&mut self, result: &Result<T, Failure>) -> Result<(), Failure> {
+        let State::Active(live) = &mut self.state else {
+            return Ok(());
+        };
+        match result {
+            Err(failure) if failure.code == connect::OTHER => {
+                // The page shows it: it is told apart by its number.
+                let _ = self.again(|_| {});
+                return Ok(());
+            }
+            // Nothing was sent that changes something.
+            Err(failure) if failure.kind == Refusal::Usage => {
+                live.go_on();
+                return Ok(());
+            }
+            _ => {}
         }
-        if !self.port.as_ref().is_some_and(|(_, lease)| lease.is_kept()) {
-            // The command has opened the adapter in another way: the caller connects again.
-            return result;
+        let is_kept = self.port.as_ref().is_some_and(|(_, lease)| lease.is_kept());
+        if !is_kept || live.session.target.address() != live.found.target.address() {
+            let moved = self.moved();
+            return if result.is_ok() { moved } else { Ok(()) };
         }
-        if let (State::Active(live), Some(target)) = (&self.state, self.target.take())
-            && live.session.target.address() != target.address()
-        {
-            let moved = self.again(|wanted| wanted.address = Some(target.address()));
-            return result.and_then(|document| moved.map(|()| document));
-        }
-        if let State::Active(live) = &mut self.state {
-            let resumed = live.resume();
-            let device = live.device(&self.sheets);
-            self.hub.publish(Kind::Device, &device);
-            self.survive(resumed);
-        }
+        let resumed = live.resume();
+        let device = live.device(&self.sheets);
+        self.hub.publish(Kind::Device, &device);
+        self.survive(resumed);
         // A refused command can have changed a part.
         let refreshed = self.refresh();
         self.survive(refreshed);
-        result
+        Ok(())
+    }
+
+    /// Connects again where an operation has brought the sensor.
+    fn moved(&mut self) -> Result<(), Failure> {
+        let State::Active(live) = &self.state else {
+            return Ok(());
+        };
+        let (rate, target) = (live.session.link.rate(), live.session.target);
+        self.again(|wanted| {
+            let rate = rate.map(|rate| f64::from(rate.bits_per_second()) / 1000.0);
+            wanted.rate = rate.or(wanted.rate);
+            wanted.address = Some(target.address());
+        })
+    }
+
+    /// The sensor answers again after a silence.
+    pub(super) fn returned(&mut self) -> Result<(), Failure> {
+        let State::Active(live) = &mut self.state else {
+            return Ok(());
+        };
+        match identify::is_same(&mut live.session, &live.found) {
+            Err(failure) if failure.kind == Refusal::Bus => return Err(failure),
+            Err(failure) if failure.code == connect::OTHER => {
+                // It was exchanged. If that cannot be shown, the connection has ended.
+                let _ = self.again(|_| {});
+                return Ok(());
+            }
+            _ => live.resume()?,
+        }
+        self.refresh()
     }
 
     /// Reads all values for the page.
@@ -183,38 +328,18 @@ impl Worker {
         let State::Active(live) = &mut self.state else {
             return Ok(());
         };
-        live.release()?;
-        let words = [self.selection.clone(), words(["get"])].concat();
-        let memory = Memory::default();
-        match self.execute(&words, &mut std::io::sink(), None, &memory, &mut |_| true) {
-            Ok(values) => self.hub.publish(Kind::Values, &values),
-            Err(failure) if failure.kind == Refusal::Bus => return Err(failure),
-            Err(failure) if failure.code == connect::OTHER => {
-                // It was exchanged. If that cannot be shown, the connection has ended.
-                let _ = self.again(|_| {});
-                return Ok(());
+        live.session.remember(true);
+        let read = ops::get::get(&mut live.session, &[]);
+        live.session.remember(false);
+        match read {
+            Ok(values) => {
+                self.values.clear();
+                self.take(values);
             }
-            Err(_) => {}
+            Err(failure) if failure.kind == Refusal::Bus => return Err(failure),
+            Err(_) => live.go_on(),
         }
-        match &mut self.state {
-            State::Active(live) => live.resume(),
-            _ => Ok(()),
-        }
-    }
-
-    /// Runs a command; the page shows its line, notes and result.
-    fn logged(
-        &mut self,
-        words: Words,
-        shown: Words,
-        confirm: &mut dyn FnMut(&str) -> bool,
-    ) -> Result<Value, Failure> {
-        let number = self.begin(&shown);
-        let mut notes = self.notes(number);
-        let bar = self.steps(number);
-        let result = self.execute(&words, &mut notes, bar, &Memory::default(), confirm);
-        self.end(number, &shown, &result, notes.all);
-        result
+        Ok(())
     }
 
     /// The notes of an action.
@@ -266,56 +391,6 @@ impl Worker {
             Err(failure) => event["error"] = failure.json()["error"].clone(),
         }
         self.hub.publish(Kind::Action, &event);
-    }
-
-    /// Runs a command of the command line with the adapter of the worker, and returns its document.
-    fn execute(
-        &mut self,
-        words: &Words,
-        notes: &mut dyn Write,
-        bar: Option<Box<dyn Bar>>,
-        memory: &Memory,
-        confirm: &mut dyn FnMut(&str) -> bool,
-    ) -> Result<Value, Failure> {
-        let mut cli = parse(words)?;
-        cli.options.config = self.config.clone();
-        // The line has the name that the user knows; the server has a copy.
-        if cli.options.eds.is_some() {
-            let kept = self.sheet.as_ref();
-            cli.options.eds = kept.map(|kept| kept.path().to_owned());
-        }
-        let lease = self.port.as_ref().map(|(_, lease)| lease.clone());
-        let mut open = |_: &str| -> Result<Box<dyn Adapter>, Failure> {
-            match &lease {
-                Some(lease) => Ok(Box::new(lease.clone())),
-                None => Err(Failure::bus(
-                    "not-open",
-                    "the adapter is gone: connect again",
-                )),
-            }
-        };
-        let mut out = Vec::new();
-        let mut terminal = Terminal {
-            json: true,
-            out: &mut out,
-            notes,
-            confirm,
-            stopped: self.stopped(),
-            bar,
-        };
-        let mut sensor = Sensor {
-            memory: memory.clone(),
-            ..Sensor::default()
-        };
-        if let State::Active(live) = &self.state {
-            sensor.expected = Some(live.found.identity());
-        }
-        let run = run_on(&cli, &mut terminal, &mut open, &mut sensor);
-        self.target = sensor.target;
-        run.map_err(on_request)?;
-        let text = String::from_utf8_lossy(&out);
-        let document = text.lines().last().map(serde_json::from_str);
-        Ok(document.and_then(Result::ok).unwrap_or(Value::Null))
     }
 }
 

@@ -299,6 +299,7 @@ impl Rig {
             confirm: &mut confirm,
             stopped: Rc::new(stopped),
             bar: self.bar.take(),
+            all_yes: false,
         };
         let bus = self.bus.clone();
         let (left, refused) = (self.cut.unwrap_or(usize::MAX), self.refused);

@@ -9,6 +9,7 @@ mod documents;
 mod fast_bus;
 mod files;
 pub mod foreign;
+mod frames;
 mod guard;
 mod identity;
 mod j1939;

@@ -157,6 +157,7 @@ impl Board {
             confirm: &mut confirm,
             stopped: Rc::new(|| false),
             bar: None,
+            all_yes: false,
         };
         let result = run_with(&cli, &mut terminal, &mut |_| panic!("no adapter is needed"));
         Ended {

@@ -3,27 +3,22 @@
 //! Commanded Address acts at once, and the sensor takes the address over into its parameter, which is stored then. A sensor that does not
 //! obey gets the parameter, and a restart.
 
+use super::Report;
 use super::address::{free, missing};
-use super::tell;
 use crate::client::j1939::{self, ANSWER};
 use crate::failure::Failure;
 use crate::identify::j1939_of;
-use crate::output::Terminal;
 use crate::session::{Session, Target};
 use plumbline::j1939::name::Name;
 use plumbline::param::ParameterId;
 use plumbline::time::{Duration, after, millis};
-use serde_json::json;
+use serde::Serialize;
 
 /// The longest time until a sensor has restarted and has an address.
 const RESTART: Duration = millis(3000);
 
 /// Shows or changes the address.
-pub(super) fn address(
-    session: &mut Session,
-    new: Option<u8>,
-    terminal: &mut Terminal,
-) -> Result<(), Failure> {
+pub(super) fn address(session: &mut Session, new: Option<u8>) -> Result<Report, Failure> {
     let tables = j1939_of(session.sheet.product);
     let (Some(tables), Target::J1939(old)) = (tables, session.target) else {
         let message = format!(
@@ -35,7 +30,7 @@ pub(super) fn address(
     let name = j1939::name(&mut session.link, old, ANSWER)?;
     let name = name.ok_or_else(|| missing(&format!("address {old}")))?;
     let Some(new) = new else {
-        return show(session, old, name, tables.address, terminal);
+        return show(session, old, name, tables.address).map(Report::Address);
     };
     let entry = session.entry(tables.address)?;
     let permitted = entry.check(new.into(), &entry.scale);
@@ -59,7 +54,9 @@ pub(super) fn address(
         session.target = Target::J1939(new);
         answers(session, name)?;
     }
-    tell(terminal, &format!("the address is {new} now, and stored"))
+    Ok(Report::done(format!(
+        "the address is {new} now, and stored"
+    )))
 }
 
 /// Waits until the sensor answers at the address of the session.
@@ -81,33 +78,52 @@ fn answers(session: &mut Session, name: Name) -> Result<(), Failure> {
     }
 }
 
+/// The address of a sensor, and its NAME.
+#[derive(Clone, Debug, Serialize)]
+pub struct Shown {
+    address: u8,
+    /// The address that it claims first.
+    preferred: u32,
+    name: String,
+    /// It claims another address if it loses this one.
+    arbitrary: bool,
+    #[serde(skip)]
+    number: u64,
+}
+
+impl Shown {
+    pub(super) fn lines(&self) -> Vec<String> {
+        let name = self.number;
+        let loses = match self.arbitrary {
+            true => "claims another address if it loses this one",
+            false => "has no address if it loses this one",
+        };
+        vec![
+            format!("address    {}", self.address),
+            format!("preferred  {}", self.preferred),
+            format!("NAME       {}", self.name),
+            format!(
+                "           identity {}, manufacturer {}, function {}, {loses}",
+                name & 0x1F_FFFF,
+                name >> 21 & 0x7FF,
+                name >> 40 & 0xFF,
+            ),
+        ]
+    }
+}
+
 fn show(
     session: &mut Session,
     address: u8,
-    Name(name): Name,
+    Name(number): Name,
     preferred: ParameterId,
-    terminal: &mut Terminal,
-) -> Result<(), Failure> {
+) -> Result<Shown, Failure> {
     let entry = session.entry(preferred)?;
-    let preferred = session.read(&entry)?;
-    let is_capable = name >> 63 != 0;
-    terminal.line(format!("address    {address}"))?;
-    terminal.line(format!("preferred  {preferred}"))?;
-    terminal.line(format!("NAME       {name:016X}"))?;
-    terminal.line(format!(
-        "           identity {}, manufacturer {}, function {}, {}",
-        name & 0x1F_FFFF,
-        name >> 21 & 0x7FF,
-        name >> 40 & 0xFF,
-        match is_capable {
-            true => "claims another address if it loses this one",
-            false => "has no address if it loses this one",
-        }
-    ))?;
-    terminal.document(&json!({
-        "address": address,
-        "preferred": preferred,
-        "name": format!("{name:016X}"),
-        "arbitrary": is_capable,
-    }))
+    Ok(Shown {
+        address,
+        preferred: session.read(&entry)?,
+        name: format!("{number:016X}"),
+        arbitrary: number >> 63 != 0,
+        number,
+    })
 }

@@ -1,13 +1,12 @@
 //! `node-id` and `mac`: another address, with the steps that the protocol needs, and a check at the new one.
 
+use super::Report;
 use super::set::write;
-use super::tell;
 use crate::client::devicenet::Slave;
 use crate::client::j1939;
 use crate::client::sdo::{self, Answer, Server};
 use crate::failure::Failure;
 use crate::identify;
-use crate::output::Terminal;
 use crate::plan::Values;
 use crate::scan::listen;
 use crate::session::{Session, Target};
@@ -28,11 +27,7 @@ const RESTART: Duration = millis(3000);
 const CHECK: Duration = millis(4000);
 
 /// Changes the node-ID: write, save, reset node, then ask at the new one.
-pub(super) fn node_id(
-    session: &mut Session,
-    new: u8,
-    terminal: &mut Terminal,
-) -> Result<(), Failure> {
+pub(crate) fn node_id(session: &mut Session, new: u8) -> Result<Report, Failure> {
     let (Protocol::Canopen(tables), Target::Canopen(old)) =
         (&session.sheet.product.protocol, session.target)
     else {
@@ -50,7 +45,7 @@ pub(super) fn node_id(
     };
     permitted.map_err(|why| Failure::usage("out-of-range", why))?;
     if new == old {
-        return tell(terminal, &format!("the node-ID is {new} already"));
+        return Ok(Report::done(format!("the node-ID is {new} already")));
     }
     free(session, Target::Canopen(new))?;
     write(session, &vec![(entry, new.into())])?;
@@ -60,7 +55,9 @@ pub(super) fn node_id(
     let until = after(session.link.now(), RESTART);
     loop {
         if Server::of(new).read(&mut session.link, 0x1000, 0)? != Answer::Silent {
-            return tell(terminal, &format!("the node-ID is {new} now, and stored"));
+            return Ok(Report::done(format!(
+                "the node-ID is {new} now, and stored"
+            )));
         }
         if session.link.now() >= until {
             return Err(missing(&format!("node-ID {new}")));
@@ -69,7 +66,7 @@ pub(super) fn node_id(
 }
 
 /// Changes the MAC ID; the sensor checks it and is on-line about two seconds later.
-pub(super) fn mac(session: &mut Session, new: u8, terminal: &mut Terminal) -> Result<(), Failure> {
+pub(crate) fn mac(session: &mut Session, new: u8) -> Result<Report, Failure> {
     let (Protocol::Devicenet(tables), Target::Devicenet(old)) =
         (&session.sheet.product.protocol, session.target)
     else {
@@ -83,15 +80,15 @@ pub(super) fn mac(session: &mut Session, new: u8, terminal: &mut Terminal) -> Re
     let permitted = entry.check(new.into(), &entry.scale);
     permitted.map_err(|why| Failure::usage("out-of-range", why))?;
     if new == old.mac {
-        return tell(terminal, &format!("the MAC ID is {new} already"));
+        return Ok(Report::done(format!("the MAC ID is {new} already")));
     }
     free(session, Target::Devicenet(Slave { mac: new }))?;
     move_mac(session, &entry, new)?;
-    tell(terminal, &format!("the MAC ID is {new} now, and stored"))
+    Ok(Report::done(format!("the MAC ID is {new} now, and stored")))
 }
 
 /// Whether the sensor has another address as soon as this is written.
-pub(super) fn moves(product: &Product, entry: &Entry) -> bool {
+pub(crate) fn moves(product: &Product, entry: &Entry) -> bool {
     match &product.protocol {
         Protocol::Devicenet(tables) => entry.origin == Origin::Parameter(tables.roles.mac_id),
         Protocol::Fsc(_) | Protocol::Canopen(_) | Protocol::J1939(_) => false,
@@ -99,7 +96,7 @@ pub(super) fn moves(product: &Product, entry: &Entry) -> bool {
 }
 
 /// Refuses values with a node-ID or MAC ID that is in use.
-pub(super) fn check(session: &mut Session, values: &Values) -> Result<(), Failure> {
+pub(crate) fn check(session: &mut Session, values: &Values) -> Result<(), Failure> {
     for (entry, raw) in values {
         let id = match entry.origin {
             Origin::Parameter(id) => id,
@@ -125,7 +122,7 @@ pub(super) fn check(session: &mut Session, values: &Values) -> Result<(), Failur
 }
 
 /// Refuses an address that is in use: listens for its messages, then asks several times.
-pub(super) fn free(session: &mut Session, target: Target) -> Result<(), Failure> {
+pub(crate) fn free(session: &mut Session, target: Target) -> Result<(), Failure> {
     let ids: Vec<CanId> = match target {
         Target::Canopen(node) => [ERROR_CONTROL, SDO_REPLY, EMCY]
             .map(|base| CanId::standard(base + u16::from(node)))
@@ -162,7 +159,7 @@ pub(super) fn free(session: &mut Session, target: Target) -> Result<(), Failure>
 }
 
 /// Writes the MAC ID, and waits until the sensor is on-line with it.
-pub(super) fn move_mac(session: &mut Session, entry: &Entry, new: u8) -> Result<(), Failure> {
+pub(crate) fn move_mac(session: &mut Session, entry: &Entry, new: u8) -> Result<(), Failure> {
     session.write_bytes(entry, &[new])?;
     session.moved(Target::Devicenet(Slave { mac: new }));
     let until = after(session.link.now(), CHECK);
@@ -177,7 +174,7 @@ pub(super) fn move_mac(session: &mut Session, entry: &Entry, new: u8) -> Result<
 }
 
 /// The sensor was changed, but does not answer as it should now.
-pub(super) fn missing(what: &str) -> Failure {
+pub(crate) fn missing(what: &str) -> Failure {
     let message = format!(
         "the sensor does not answer at the {what}: switch it off and on, then `plumbline scan`"
     );

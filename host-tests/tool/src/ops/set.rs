@@ -1,7 +1,8 @@
 //! `set`: checks, writes and reads back.
 
 use super::address;
-use super::parameters::show;
+use super::get::show;
+use super::report::{Report, Values as Read};
 use crate::failure::Failure;
 use crate::output::Terminal;
 use crate::plan;
@@ -11,17 +12,16 @@ use crate::sheet::{Entry, Origin, parameters};
 use plumbline::canopen::dictionary::Service;
 use plumbline::model::catalog::{Product, Protocol};
 use plumbline::param::{DataType, ParameterId, Persistence};
-use serde_json::{Map, Value};
 
-pub(super) use crate::plan::Values as Checked;
+pub(crate) use crate::plan::Values as Checked;
 
 /// Writes parameters: all are checked before the first is written, then read back.
-pub(super) fn set(
+pub(crate) fn set(
     session: &mut Session,
     assignments: &[String],
     save: bool,
     terminal: &mut Terminal,
-) -> Result<(), Failure> {
+) -> Result<Report, Failure> {
     let sheet = session.sheet.clone();
     let mut wanted = Vec::new();
     for assignment in assignments {
@@ -66,29 +66,31 @@ pub(super) fn set(
             return Err(Failure::refused("not-written", message));
         }
     }
-    let mut document = Map::new();
+    let mut read = Read::default();
     let written = values
         .iter()
         .map(|(entry, _)| entry)
         .chain(texts.iter().map(|(entry, _)| entry));
     for entry in written {
         if entry.readable {
-            let shown = show(session, entry)?;
-            terminal.line(format!("{}  {}", entry.name, shown.text))?;
-            document.insert(entry.name.clone(), shown.json);
+            read.0.push(show(session, entry)?);
         }
         if let Some(note) = later(session.sheet.product, entry) {
             terminal.note(format!("{} acts {note}", entry.name));
         }
     }
+    let mut stored = None;
     if save {
-        terminal.line(session.save()?)?;
+        stored = Some(session.save()?);
     } else if values.iter().any(|(entry, _)| {
         entry.stored && !entry.command && needs_save(session.sheet.product, entry.origin)
     }) {
         terminal.note("not stored yet: `plumbline save` stores it");
     }
-    terminal.document(&Value::Object(document))
+    Ok(Report::Written {
+        values: read,
+        stored,
+    })
 }
 
 /// The longest text that is written.
@@ -101,7 +103,7 @@ fn is_text(read: &[u8], text: &str) -> bool {
 }
 
 /// Refuses a name that is given twice.
-pub(super) fn once_each<'a>(entries: impl Iterator<Item = &'a Entry>) -> Result<(), Failure> {
+pub(crate) fn once_each<'a>(entries: impl Iterator<Item = &'a Entry>) -> Result<(), Failure> {
     let mut seen: Vec<&str> = Vec::new();
     for entry in entries {
         if seen.contains(&entry.name.as_str()) {
@@ -132,7 +134,7 @@ fn check(
 }
 
 /// Checks values against each other and against the values in the sensor.
-pub(super) fn constrain(session: &mut Session, values: &Checked) -> Result<(), Failure> {
+pub(crate) fn constrain(session: &mut Session, values: &Checked) -> Result<(), Failure> {
     for constraint in session.sheet.product.constraints {
         let (one, other) = parameters(constraint);
         let is_set = |id: ParameterId| {
@@ -167,7 +169,7 @@ fn present(session: &mut Session, values: &Checked, id: ParameterId) -> Result<u
 }
 
 /// Writes values in an order that the sensor accepts, and reads them back. The MAC ID comes last, because the sensor has it at once.
-pub(super) fn write(session: &mut Session, values: &Checked) -> Result<(), Failure> {
+pub(crate) fn write(session: &mut Session, values: &Checked) -> Result<(), Failure> {
     let product = session.sheet.product;
     let (moving, rest): (Checked, Checked) = values
         .iter()
@@ -182,7 +184,7 @@ pub(super) fn write(session: &mut Session, values: &Checked) -> Result<(), Failu
 }
 
 /// Compares values with the values in the sensor.
-pub(super) fn read_back(session: &mut Session, values: &Checked) -> Result<(), Failure> {
+pub(crate) fn read_back(session: &mut Session, values: &Checked) -> Result<(), Failure> {
     for (entry, raw) in values {
         if !entry.readable || entry.command {
             continue;
@@ -202,7 +204,7 @@ pub(super) fn read_back(session: &mut Session, values: &Checked) -> Result<(), F
 }
 
 /// When a parameter acts, if not at once.
-pub(super) fn later(product: &Product, entry: &Entry) -> Option<&'static str> {
+pub(crate) fn later(product: &Product, entry: &Entry) -> Option<&'static str> {
     let Origin::Parameter(id) = entry.origin else {
         return None;
     };
@@ -219,7 +221,7 @@ pub(super) fn later(product: &Product, entry: &Entry) -> Option<&'static str> {
 }
 
 /// Whether a change is lost at power-off until a command stores it.
-pub(super) fn needs_save(product: &Product, origin: Origin) -> bool {
+pub(crate) fn needs_save(product: &Product, origin: Origin) -> bool {
     let id = match origin {
         Origin::Parameter(id) => id,
         Origin::DataSheet => return is_saved_on_command(product),
@@ -230,7 +232,7 @@ pub(super) fn needs_save(product: &Product, origin: Origin) -> bool {
 }
 
 /// Whether the product needs a command to store.
-pub(super) fn is_saved_on_command(product: &Product) -> bool {
+pub(crate) fn is_saved_on_command(product: &Product) -> bool {
     match &product.protocol {
         Protocol::Fsc(_) => true,
         // A foreign device can have no command to store.

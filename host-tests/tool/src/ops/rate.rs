@@ -1,7 +1,7 @@
 //! `rate`: another bit rate. The order is: check the adapter and the product, ask, write, store, restart, and ask the sensor at the new
 //! rate.
 
-use super::{address, adjust, set, tell};
+use super::{Report, address, adjust, set};
 use crate::adapter::Mode;
 use crate::cli::NewRate;
 use crate::client::devicenet::Slave;
@@ -40,11 +40,11 @@ pub(super) fn rate(
     found: &Found,
     new: NewRate,
     terminal: &mut Terminal,
-) -> Result<(), Failure> {
+) -> Result<Report, Failure> {
     let (entry, raw) = code(session, new)?;
     let old = session.link.rate();
     if session.read(&entry)? == raw && (new == NewRate::Automatic || old == new.fixed()) {
-        return tell(terminal, &format!("the bit rate is {new} already"));
+        return Ok(Report::done(format!("the bit rate is {new} already")));
     }
     reachable(session, new)?;
     let question = format!(
@@ -61,12 +61,14 @@ pub(super) fn rate(
     {
         // The rate of an interface is not changed by this program. The message says what to type.
         terminal.note(failure.message);
-        return tell(terminal, &format!("the sensor restarts with {new}"));
+        return Ok(Report::done(format!("the sensor restarts with {new}")));
     }
     match answers(session, target, found)? {
         true => {
             session.moved(target);
-            tell(terminal, &format!("the bit rate is {new} now, and stored"))
+            Ok(Report::done(format!(
+                "the bit rate is {new} now, and stored"
+            )))
         }
         false => {
             session.link.open(old, Mode::Active)?;

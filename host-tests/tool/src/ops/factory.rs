@@ -2,7 +2,7 @@
 //! would also replace settings that are written and stored before it.
 
 use super::rate::answers;
-use super::{address, adjust, tell};
+use super::{Report, address, adjust};
 use crate::adapter::Mode;
 use crate::connect::{factory_rate, factory_target};
 use crate::failure::Failure;
@@ -15,7 +15,7 @@ pub(super) fn load(
     session: &mut Session,
     found: &Found,
     terminal: &mut Terminal,
-) -> Result<(), Failure> {
+) -> Result<Report, Failure> {
     let product = session.sheet.product;
     let after_restart = session
         .loads_at_restart()
@@ -38,7 +38,7 @@ pub(super) fn load(
     }
     let done = session.load_factory()?;
     let Some((target, rate)) = after_restart else {
-        return tell(terminal, done);
+        return Ok(Report::done(done));
     };
     session.restart()?;
     if session.link.rate() != Some(rate) {
@@ -47,7 +47,7 @@ pub(super) fn load(
             // The rate of an interface is not changed by this program. The message says what to type.
             terminal.note(failure.message);
             terminal.note("then `plumbline save`, so that the sensor keeps the factory values");
-            return tell(terminal, "the sensor restarts with its factory values");
+            return Ok(Report::done("the sensor restarts with its factory values"));
         }
     }
     if !answers(session, target, found)? {
@@ -56,8 +56,7 @@ pub(super) fn load(
     session.moved(target);
     session.save()?;
     let (address, rate) = (target.named(), rate.name());
-    tell(
-        terminal,
-        &format!("factory values are loaded and stored; the sensor has {address} and {rate} now"),
-    )
+    Ok(Report::done(format!(
+        "factory values are loaded and stored; the sensor has {address} and {rate} now"
+    )))
 }

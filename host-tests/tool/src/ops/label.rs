@@ -1,26 +1,26 @@
 //! `label`: the name of a sensor on this computer.
 
+use super::Report;
 use crate::failure::Failure;
 use crate::identify::Found;
 use crate::labels::Labels;
 use crate::output::Terminal;
-use serde_json::json;
 
 /// What to do with the name.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub(super) enum Change<'a> {
+pub(crate) enum Change<'a> {
     Show,
     Give(&'a str),
     Remove,
 }
 
 /// Shows or changes the name.
-pub(super) fn label(
+pub(crate) fn label(
     labels: &mut Labels,
     found: &Found,
     change: Change,
     terminal: &mut Terminal,
-) -> Result<(), Failure> {
+) -> Result<Report, Failure> {
     let before = labels.name(found);
     match change {
         Change::Show => {}
@@ -31,16 +31,16 @@ pub(super) fn label(
     if let (Change::Give(_) | Change::Remove, Some(path)) = (change, labels.path()) {
         terminal.note(format!("the names are in {}", path.display()));
     }
-    terminal.line(match (change, &name, before) {
+    let line = match (change, &name, before) {
         (Change::Remove, None, Some(before)) => format!("the name {before} was removed"),
         (_, Some(name), _) => name.clone(),
         (_, None, _) => "the sensor has no name".to_owned(),
-    })?;
-    terminal.document(&json!({"label": name}))
+    };
+    Ok(Report::Label { label: name, line })
 }
 
 /// Gives the name in a file to a sensor that has no name, for example to the replacement of a broken sensor.
-pub(super) fn take_over(
+pub(crate) fn take_over(
     labels: &mut Labels,
     found: &Found,
     name: Option<&str>,

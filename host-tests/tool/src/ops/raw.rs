@@ -1,17 +1,14 @@
 //! `raw`: one request of the protocol, as hexadecimal bytes.
 
-use super::Bus;
+use super::Report;
 use crate::client::devicenet::Path;
 use crate::client::sdo::{Answer, reason};
 use crate::client::{Link, fsc, j1939};
-use crate::connect;
 use crate::failure::Failure;
-use crate::output::Terminal;
 use crate::session::Target;
 use plumbline::canopen::Abort;
 use plumbline::fsc::table::Operation;
 use plumbline::model::catalog::{PRODUCTS, Protocol};
-use serde_json::json;
 
 /// The abort codes of a write with the wrong number of bytes.
 const LENGTHS: [u32; 3] = [
@@ -20,28 +17,19 @@ const LENGTHS: [u32; 3] = [
     Abort::TooShort as u32,
 ];
 
-/// Sends one request and prints the answer. With an address and a bit rate of the command line the sensor is not asked for anything else.
-pub(super) fn raw(bus: &mut Bus, request: &str, terminal: &mut Terminal) -> Result<(), Failure> {
-    let wanted = bus.wanted(terminal)?;
-    let adapter = bus.adapter()?;
-    let (mut link, target) = match (wanted.target, wanted.rate) {
-        (Some(target), Some(rate)) if wanted.expected.is_none() => {
-            let mut link = Link::new(adapter, &terminal.stopped);
-            link.open(Some(rate), crate::adapter::Mode::Active)?;
-            (link, target)
-        }
-        _ => {
-            let (link, found) = connect::find(adapter, &wanted, terminal)?;
-            (link, found.target)
-        }
-    };
-    let answer = send(&mut link, target, request)?;
-    link.close();
-    terminal.line(joined(&answer, " "))?;
-    terminal.document(&json!({"request": request, "answer": joined(&answer, "")}))
+/// Sends one request to the sensor at this address.
+///
+/// # Errors
+/// The request is not valid, the sensor refuses, nobody answers, or the adapter fails.
+pub(crate) fn send(link: &mut Link, target: Target, request: &str) -> Result<Report, Failure> {
+    let answer = answered(link, target, request)?;
+    Ok(Report::Raw {
+        request: request.to_owned(),
+        answer: joined(&answer),
+    })
 }
 
-fn send(link: &mut Link, target: Target, request: &str) -> Result<Vec<u8>, Failure> {
+fn answered(link: &mut Link, target: Target, request: &str) -> Result<Vec<u8>, Failure> {
     match target {
         Target::Fsc(sensor) => {
             let bytes = bytes(request)?;
@@ -99,14 +87,13 @@ fn wrong_length(what: &str, code: u32, mut data: Vec<u8>, length: usize) -> Fail
     let message = format!(
         "the sensor refused {what}: {} ({code:08X}h). The object has {length} bytes: write all bytes of the object, for example {}",
         reason(code),
-        joined(&data, "")
+        joined(&data)
     );
     Failure::refused("refused", message)
 }
 
-fn joined(bytes: &[u8], between: &str) -> String {
-    let bytes: Vec<String> = bytes.iter().map(|byte| format!("{byte:02X}")).collect();
-    bytes.join(between)
+fn joined(bytes: &[u8]) -> String {
+    bytes.iter().map(|byte| format!("{byte:02X}")).collect()
 }
 
 /// Whether a code without data changes nothing in any product, so that it can be repeated.

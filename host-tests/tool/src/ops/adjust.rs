@@ -1,18 +1,19 @@
 //! `zero`, `teach`, and the question before them and before `load-factory`.
 
-use super::parameters::show;
+use super::get::show;
+use super::report::{Adjusted, Report, Values};
 use super::set::needs_save;
 use crate::failure::{Failure, Kind};
 use crate::identify::Found;
 use crate::output::Terminal;
 use crate::session::Session;
-use crate::sheet::Origin;
-use plumbline::model::catalog::{Adjustment, Written};
-use serde_json::{Map, Value, json};
+use crate::sheet::{Entry, Origin};
+use plumbline::model::catalog::{Adjustment, Product, Written};
 
 /// The reference that the present position becomes.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub(super) enum What {
+pub enum What {
+    /// Zero of the angles.
     Zero,
     /// The reference frame of the machine.
     Teach,
@@ -20,11 +21,26 @@ pub(super) enum What {
 
 impl What {
     /// The name of the command.
-    const fn name(self) -> &'static str {
+    pub const fn name(self) -> &'static str {
         match self {
             Self::Zero => "zero",
             Self::Teach => "teach",
         }
+    }
+
+    const fn adjustments(self, product: &Product) -> &'static [Adjustment] {
+        match self {
+            Self::Zero => product.guide.zero,
+            Self::Teach => product.guide.teach,
+        }
+    }
+
+    /// The readable parameters that the adjustments write.
+    pub fn written(self, session: &Session) -> Vec<Entry> {
+        let adjustments = self.adjustments(session.sheet.product).iter();
+        let writes = adjustments.flat_map(|adjustment| adjustment.writes);
+        let entries = writes.filter_map(|(id, _)| session.sheet.parameter(*id));
+        entries.filter(|entry| entry.readable).cloned().collect()
     }
 
     const fn question(self) -> &'static str {
@@ -35,37 +51,39 @@ impl What {
     }
 }
 
-/// The angles as text and document; an angle that is not measured yet is left out.
-fn angles(session: &mut Session) -> Result<(Vec<String>, Map<String, Value>), Failure> {
-    let (mut lines, mut document) = (Vec::new(), Map::new());
+/// The angles; an angle that is not measured yet is left out.
+fn angles(session: &mut Session) -> Result<Values, Failure> {
+    let mut angles = Values::default();
     for id in session.sheet.product.guide.angles {
         let Some(entry) = session.sheet.value(*id).cloned() else {
             continue;
         };
         match show(session, &entry) {
             Err(failure) if failure.code == "refused" => {}
-            shown => {
-                let shown = shown?;
-                lines.push(format!("{}  {}", entry.name, shown.text));
-                document.insert(entry.name, shown.json);
-            }
+            shown => angles.0.push(shown?),
         }
     }
-    Ok((lines, document))
+    Ok(angles)
 }
 
 /// Asks whether this is the right sensor: what, product, serial number, address, present angles.
 ///
 /// # Errors
 /// The answer is no, nobody answers, or the adapter fails.
-pub(super) fn confirm(
+pub(crate) fn confirm(
     session: &mut Session,
     found: &Found,
     what: &str,
     terminal: &mut Terminal,
 ) -> Result<(), Failure> {
+    if terminal.all_yes {
+        return Ok(());
+    }
     let sensor = found.line(session.link.rate());
-    let (angles, _) = angles(session)?;
+    let angles = angles(session)?.0.into_iter();
+    let angles: Vec<String> = angles
+        .map(|angle| format!("{}  {}", angle.name, angle.text))
+        .collect();
     let question = format!("{what}? {sensor}; {}", angles.join(", "));
     match (terminal.confirm)(&question) {
         true => Ok(()),
@@ -77,21 +95,18 @@ pub(super) fn confirm(
 }
 
 /// Makes the present position a reference.
-pub(super) fn adjust(
+pub(crate) fn adjust(
     session: &mut Session,
     found: &Found,
     what: What,
     (axis, save): (Option<&str>, bool),
     terminal: &mut Terminal,
-) -> Result<(), Failure> {
+) -> Result<Report, Failure> {
     let product = session.sheet.product;
-    let adjustments = match what {
-        What::Zero => product.guide.zero,
-        What::Teach => product.guide.teach,
-    };
+    let adjustments = what.adjustments(product);
     let chosen = chosen(session, what, adjustments, axis)?;
     confirm(session, found, what.question(), terminal)?;
-    let mut is_pending = false;
+    let (mut is_pending, mut numbers) = (false, Vec::new());
     for adjustment in chosen {
         for (id, written) in adjustment.writes {
             is_pending |= needs_save(product, Origin::Parameter(*id));
@@ -104,24 +119,31 @@ pub(super) fn adjust(
                     continue;
                 }
                 Written::Number(number) => number,
-                Written::Bits(bits) => session.read(&entry)? | bits,
+                Written::Bits(bits) => session.in_force(&entry)? | bits,
             };
             let taken = session.write_bytes(&entry, &number.to_le_bytes()[..size]);
             taken.map_err(not_taken)?;
+            numbers.retain(|(own, _): &(Entry, u32)| own.name != entry.name);
+            if !entry.command {
+                numbers.push((entry, number));
+            }
         }
     }
-    let (lines, document) = angles(session)?;
-    for line in lines {
-        terminal.line(line)?;
-    }
+    let angles = angles(session)?;
+    let mut stored = None;
     if save {
-        terminal.line(session.save()?)?;
+        stored = Some(session.save()?);
     } else if is_pending {
         terminal.note("not stored yet: `plumbline save` stores it");
     } else {
         terminal.note("the sensor stores it by itself");
     }
-    terminal.document(&json!({what.name(): document}))
+    Ok(Report::Adjusted(Adjusted {
+        what,
+        angles,
+        stored,
+        written: numbers,
+    }))
 }
 
 /// The cause of a refusal.

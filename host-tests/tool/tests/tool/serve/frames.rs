@@ -1,0 +1,125 @@
+//! The frames of each action of the page, counted by a second client on the bus.
+
+use crate::bus::rig::Rig;
+use crate::serve::api::run;
+use crate::serve::client::Running;
+use plumbline::can::{BitRate, Frame};
+use plumbline::time::Instant;
+use plumbline_tool::adapter::bench::BenchAdapter;
+use plumbline_tool::adapter::{Adapter, Capabilities, Mode};
+use plumbline_tool::failure::Failure;
+use serde_json::{Value, json};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex};
+
+/// What the test and the thread of the adapter share.
+#[derive(Default)]
+struct Shared {
+    seen: Mutex<Vec<Frame>>,
+    /// Time passes only from a request to its answer, so nothing happens between two actions.
+    is_still: AtomicBool,
+}
+
+/// An adapter on a bus with a sensor and a witness.
+struct Witnessed {
+    adapter: BenchAdapter,
+    rig: Rig,
+    shared: Arc<Shared>,
+    waits: bool,
+}
+
+impl Adapter for Witnessed {
+    fn capabilities(&self) -> Capabilities {
+        self.adapter.capabilities()
+    }
+
+    fn open(&mut self, rate: Option<BitRate>, mode: Mode) -> Result<(), Failure> {
+        self.adapter.open(rate, mode)
+    }
+
+    fn close(&mut self) {
+        self.adapter.close();
+    }
+
+    fn send(&mut self, frame: &Frame) -> Result<(), Failure> {
+        self.waits = true;
+        self.adapter.send(frame)
+    }
+
+    fn receive(&mut self, until: Instant) -> Result<Option<(Instant, Frame)>, Failure> {
+        if self.shared.is_still.load(Ordering::Relaxed) && !self.waits {
+            return Ok(None);
+        }
+        let received = self.adapter.receive(until)?;
+        self.waits &= received.is_none();
+        let seen = self.rig.witnessed();
+        self.shared.seen.lock().expect("frames").extend(seen);
+        Ok(received)
+    }
+
+    fn now(&self) -> Instant {
+        self.adapter.now()
+    }
+
+    fn errors(&mut self) -> Option<u64> {
+        self.adapter.errors()
+    }
+}
+
+/// A server that is connected to a sensor, without samples.
+fn served(product: &'static str) -> (Running, Arc<Shared>) {
+    let shared = Arc::new(Shared::default());
+    let own = shared.clone();
+    let server = Running::with(Box::new(move |_| {
+        let rig = Rig::with(product);
+        Ok(Box::new(Witnessed {
+            adapter: BenchAdapter::new(&rig.bus),
+            rig,
+            shared: own.clone(),
+            waits: false,
+        }))
+    }));
+    let body = json!({"port": "bench", "rate": 250, "mode": "active"});
+    let answer = server.post("/api/connect", &body.to_string());
+    assert_eq!(answer.status, 200, "{answer:?}");
+    assert_eq!(
+        server.post("/api/samples", r#"{"perSecond":0}"#).status,
+        200
+    );
+    shared.is_still.store(true, Ordering::Relaxed);
+    (server, shared)
+}
+
+#[test]
+fn action_of_the_page_needs_few_frames() {
+    // The columns: label, get, set, save, zero, zero again.
+    for (product, name, value, most) in [
+        ("is2", "cyclic-time", "100", [0, 4, 8, 4, 16, 16]),
+        ("is2", "cut-off", "2.5Hz", [0, 4, 8, 4, 16, 16]),
+        ("jn2101", "filter", "1Hz", [0, 4, 8, 4, 16, 16]),
+        ("ims360", "cut-off", "2.5Hz", [0, 4, 8, 4, 16, 16]),
+        ("tiltix080", "cos-delta", "0.5deg", [0, 4, 8, 4, 24, 24]),
+    ] {
+        let (server, shared) = served(product);
+        let actions: [Value; 6] = [
+            json!({"label": {"name": "boom"}}),
+            json!({"get": {"names": [name]}}),
+            json!({"set": {"assignments": [format!("{name}={value}")]}}),
+            json!("save"),
+            json!({"zero": {}}),
+            json!({"zero": {}}),
+        ];
+        for (action, most) in actions.into_iter().zip(most) {
+            shared.seen.lock().expect("frames").clear();
+            run(&server, action.clone());
+            let mut seen = std::mem::take(&mut *shared.seen.lock().expect("frames"));
+            // The status of the sensor (1001h) is polled.
+            seen.retain(|frame| !matches!(frame.bytes(), [_, 0x01, 0x10, 0x00, ..]));
+            assert!(
+                seen.len() <= most,
+                "{product} {action}: {} frames, at most {most}: {seen:X?}",
+                seen.len()
+            );
+        }
+    }
+}
