@@ -112,7 +112,7 @@ pub fn ask(link: &mut Link, target: Target, latency: Duration) -> Result<Option<
 pub fn same(session: &mut Session, found: &Found) -> Result<(), Failure> {
     let own = found.identity().serial();
     if let (Target::Devicenet(slave), Some(_)) = (session.target, session.expected) {
-        return session.slave(slave).map(|_| ());
+        return session.freshen(slave);
     }
     if own.is_some() {
         match session.serial() {

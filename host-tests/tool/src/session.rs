@@ -13,6 +13,7 @@ use crate::sheet::{Address, Entry, Sheet};
 use plumbline::devicenet::service;
 use plumbline::model::catalog::{Product, Protocol};
 use plumbline::param::{DataType, ParameterId, number};
+use plumbline::time::{Duration, Instant, after, millis};
 
 /// The address of a sensor.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -71,6 +72,18 @@ impl Target {
 /// The number of times a read is tried.
 const TRIES: u8 = 3;
 
+/// How long a connection of DeviceNet is certain to live after an answer; it ends after 10 s.
+const FRESH: Duration = millis(5000);
+
+/// The identity object of DeviceNet.
+const IDENTITY: Path = Path {
+    class: 1,
+    instance: 1,
+};
+
+/// The attribute of the identity object with the serial number.
+const SERIAL: u8 = 6;
+
 /// The connection to a sensor.
 pub struct Session {
     /// The link to the bus.
@@ -87,6 +100,8 @@ pub struct Session {
     pub expected: Option<u32>,
     /// The connection of DeviceNet is allocated. Meanwhile nobody else can change the sensor, and another sensor does not answer.
     is_allocated: bool,
+    /// The last answer on it.
+    used: Option<Instant>,
     /// The settings that were read with this connection.
     settings: Vec<(Address, Vec<u8>)>,
     /// What one operation knows of the sensor; None: the sensor is asked each time.
@@ -118,6 +133,7 @@ impl Session {
             only_listens: false,
             expected: None,
             is_allocated: false,
+            used: None,
             settings: Vec::new(),
             known: None,
         }
@@ -163,22 +179,31 @@ impl Session {
         self.is_allocated = false;
     }
 
+    /// Makes sure that the connection of DeviceNet is still that to the expected sensor. A connection that has just been used is.
+    ///
+    /// # Errors
+    /// Another sensor answers, nobody answers, or the adapter fails.
+    pub(crate) fn freshen(&mut self, slave: Slave) -> Result<(), Failure> {
+        let used = self.used.filter(|_| self.is_allocated);
+        if used.is_none_or(|used| self.link.now() >= after(used, FRESH)) {
+            // A connection that has ended is allocated again, with the check.
+            let told = self.explicit(slave, service::GET, IDENTITY, &[SERIAL])?;
+            told.must(slave.mac, "to read the serial number")?;
+        }
+        Ok(())
+    }
+
     /// Allocates the connection of DeviceNet, if it is not allocated.
     ///
     /// # Errors
     /// Another sensor answers, nobody answers, or the adapter fails.
-    pub(crate) fn slave(&mut self, slave: Slave) -> Result<Slave, Failure> {
+    fn slave(&mut self, slave: Slave) -> Result<Slave, Failure> {
         if !self.is_allocated {
             self.settings.clear();
             slave.allocate(&mut self.link)?;
             self.is_allocated = true;
             if let Some(expected) = self.expected {
-                const SERIAL: u8 = 6;
-                let identity = Path {
-                    class: 1,
-                    instance: 1,
-                };
-                let told = slave.explicit(&mut self.link, service::GET, identity, &[SERIAL])?;
+                let told = slave.explicit(&mut self.link, service::GET, IDENTITY, &[SERIAL])?;
                 let told = told.must(slave.mac, "to read the serial number")?;
                 if number(&told) != expected {
                     self.release()?;
@@ -268,6 +293,9 @@ impl Session {
         let was_allocated = self.is_allocated;
         let slave = self.slave(slave)?;
         let response = slave.explicit(&mut self.link, code, path, data)?;
+        if response != Response::Silent {
+            self.used = Some(self.link.now());
+        }
         if response != Response::Silent || !was_allocated {
             return Ok(response);
         }
@@ -403,12 +431,7 @@ impl Session {
         }
     }
 
-    fn fsc_command(
-        &mut self,
-        code: u8,
-        data: &[u8],
-        time: plumbline::time::Duration,
-    ) -> Result<(), Failure> {
+    fn fsc_command(&mut self, code: u8, data: &[u8], time: Duration) -> Result<(), Failure> {
         let (Target::Fsc(sensor), Protocol::Fsc(tables)) =
             (self.target, &self.sheet.product.protocol)
         else {

@@ -2,7 +2,7 @@
 
 use crate::bus::rig::Rig;
 use crate::serve::api::run;
-use crate::serve::client::Running;
+use crate::serve::client::{Running, until};
 use plumbline::can::{BitRate, Frame};
 use plumbline::time::Instant;
 use plumbline_tool::adapter::bench::BenchAdapter;
@@ -16,6 +16,8 @@ use std::sync::{Arc, Mutex};
 #[derive(Default)]
 struct Shared {
     seen: Mutex<Vec<Frame>>,
+    /// The sensor is exchanged for another one, which does not have the connection.
+    is_other: AtomicBool,
     /// Time passes only from a request to its answer, so nothing happens between two actions.
     is_still: AtomicBool,
 }
@@ -26,6 +28,7 @@ struct Witnessed {
     rig: Rig,
     shared: Arc<Shared>,
     waits: bool,
+    is_exchanged: bool,
 }
 
 impl Adapter for Witnessed {
@@ -52,6 +55,19 @@ impl Adapter for Witnessed {
         }
         let received = self.adapter.receive(until)?;
         self.waits &= received.is_none();
+        let mut received = received;
+        if self.shared.is_other.load(Ordering::Relaxed) {
+            if !std::mem::replace(&mut self.is_exchanged, true) {
+                let id = self.rig.first();
+                self.rig.bus.borrow_mut().power_cycle(id);
+            }
+            if let Some((_, frame)) = &mut received
+                && let [0x3E, 0x8E, _, a, b, c] = *frame.bytes()
+            {
+                let bytes = [0x3E, 0x8E, OTHER, a, b, c, 0, 0];
+                *frame = Frame::of(frame.can_id(), bytes, 6);
+            }
+        }
         let seen = self.rig.witnessed();
         self.shared.seen.lock().expect("frames").extend(seen);
         Ok(received)
@@ -66,6 +82,9 @@ impl Adapter for Witnessed {
     }
 }
 
+/// The serial number of another sensor.
+const OTHER: u8 = 77;
+
 /// A server that is connected to a sensor, without samples.
 fn served(product: &'static str) -> (Running, Arc<Shared>) {
     let shared = Arc::new(Shared::default());
@@ -77,6 +96,7 @@ fn served(product: &'static str) -> (Running, Arc<Shared>) {
             rig,
             shared: own.clone(),
             waits: false,
+            is_exchanged: false,
         }))
     }));
     let body = json!({"port": "bench", "rate": 250, "mode": "active"});
@@ -86,8 +106,24 @@ fn served(product: &'static str) -> (Running, Arc<Shared>) {
         server.post("/api/samples", r#"{"perSecond":0}"#).status,
         200
     );
-    shared.is_still.store(true, Ordering::Relaxed);
     (server, shared)
+}
+
+#[test]
+fn zero_for_a_devicenet_sensor_that_was_exchanged_is_refused() {
+    let (server, shared) = served("tiltix080");
+    run(&server, json!("save"));
+    shared.is_other.store(true, Ordering::Relaxed);
+    // The new sensor makes its duplicate MAC ID check first.
+    let mut answer = server.post("/api/run", r#"{"zero":{}}"#);
+    until("sensor that answers", || {
+        answer = server.post_for(Some(1), "/api/run", r#"{"zero":{}}"#);
+        answer.status != 504
+    });
+    assert_eq!(
+        (answer.status, answer.code().as_str()),
+        (409, "other-sensor")
+    );
 }
 
 #[test]
@@ -101,6 +137,7 @@ fn action_of_the_page_needs_few_frames() {
         ("tiltix080", "cos-delta", "0.5deg", [0, 4, 8, 4, 24, 24]),
     ] {
         let (server, shared) = served(product);
+        shared.is_still.store(true, Ordering::Relaxed);
         let actions: [Value; 6] = [
             json!({"label": {"name": "boom"}}),
             json!({"get": {"names": [name]}}),
