@@ -8,6 +8,9 @@
 //! - an own object whose write returns [`Then::Restart`](canopen::Then::Restart), or another way to a restart: the parameter acts then;
 //! - the type [`DualNode`], also for `firmware!`;
 //! - for a PC, [`Product::with_j1939`](super::listing::Product::with_j1939).
+//!
+//! The restart follows 100 ms after the reply that has requested it. Then the node claims its address, sends its trouble codes 250 ms later
+//! (SAE J1939-81), and each group after its first period: a group of 100 ms comes 450 ms after the reply.
 
 use crate::can::{CanId, Filter, Frame};
 use crate::canopen::{self, Canopen};
