@@ -3,12 +3,11 @@
 
 use super::diagnostics::{CODES, Code};
 use super::identifier::{
-    ACTIVE_CODES, COMMANDED_ADDRESS, COMPONENT_IDENTIFICATION, ECU_IDENTIFICATION, PROPRIETARY_A,
-    Pgn, SOFTWARE_IDENTIFICATION,
+    ACTIVE_CODES, COMMANDED_ADDRESS, COMPONENT_IDENTIFICATION, ECU_IDENTIFICATION, LAST_ADDRESS,
+    PROPRIETARY_A, Pgn, SOFTWARE_IDENTIFICATION,
 };
 use super::name::FIELDS;
 use super::product::Product;
-use super::receive::LAST_ADDRESS;
 use super::signal::{Contents, Group, Signal, field};
 use super::timers::Timers;
 use super::transport::MESSAGE;

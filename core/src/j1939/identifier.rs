@@ -42,6 +42,8 @@ pub const ECU_IDENTIFICATION: Pgn = 0x0FDC5;
 
 /// The destination of a frame to all nodes.
 pub const GLOBAL: u8 = 255;
+/// The largest address of a node.
+pub const LAST_ADDRESS: u8 = 253;
 /// The source address of a node without address.
 pub const NO_ADDRESS: u8 = 254;
 

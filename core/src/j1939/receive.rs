@@ -2,8 +2,8 @@
 
 use super::claim::{Outcome, State};
 use super::identifier::{
-    ADDRESS_CLAIMED, COMMANDED_ADDRESS, EXTENDED_DATA_PAGE, GLOBAL, Identifier, NO_ADDRESS,
-    PROPRIETARY_A, Pgn, REQUEST, TRANSPORT_CONTROL, TRANSPORT_DATA,
+    ADDRESS_CLAIMED, COMMANDED_ADDRESS, EXTENDED_DATA_PAGE, GLOBAL, Identifier, LAST_ADDRESS,
+    NO_ADDRESS, PROPRIETARY_A, Pgn, REQUEST, TRANSPORT_CONTROL, TRANSPORT_DATA,
 };
 use super::name::Name;
 use super::product::{ContextOf, Product};
@@ -12,9 +12,6 @@ use super::request::{self, acknowledgement, requested};
 use super::transport::{Control, Outgoing, Reaction, Sender};
 use crate::can::{Filter, Frame};
 use crate::time::Instant;
-
-/// The largest address of a node.
-pub(super) const LAST_ADDRESS: u8 = 253;
 
 /// The bits of an identifier that the acceptance filters compare: pages and PF, and the destination.
 const FORMAT: u32 = EXTENDED_DATA_PAGE | 0x01FF_0000;
