@@ -142,7 +142,7 @@ impl Message {
 
     /// Ends the evaluation with this message.
     #[track_caller]
-    #[allow(clippy::panic)] // evaluated at compile time only
+    #[expect(clippy::panic, reason = "evaluated at compile time only")]
     pub const fn fail(&self) -> ! {
         // A name that is not ASCII can be cut within a letter.
         let mut length = self.length;

@@ -23,7 +23,7 @@ pub(crate) use each;
 
 /// The item at a place.
 #[track_caller]
-#[allow(clippy::indexing_slicing)] // evaluated at compile time only
+#[expect(clippy::indexing_slicing, reason = "evaluated at compile time only")]
 pub(crate) const fn at<T>(items: &[T], place: usize) -> &T {
     &items[place]
 }
@@ -39,7 +39,7 @@ pub(crate) const fn get<T>(items: &[T], place: usize) -> Option<&T> {
 
 /// Sets the item at a place.
 #[track_caller]
-#[allow(clippy::indexing_slicing)] // evaluated at compile time only
+#[expect(clippy::indexing_slicing, reason = "evaluated at compile time only")]
 pub(crate) const fn put<T: Copy>(items: &mut [T], place: usize, item: T) {
     items[place] = item;
 }

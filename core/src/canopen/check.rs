@@ -9,7 +9,7 @@
 //! - the numbers of TPDOs and of errors in the history are those of the dictionary, and each TPDO has both of its objects;
 //! - mapped objects exist, can be mapped, have the mapped length, and fit into a frame;
 //! - constant texts are printable ASCII; they, and the names of a unit that replace them, fit into the buffer, which has at most 255 bytes;
-//! - each object has a name, and one with sub-indices has sub-index 0;
+//! - each object has a name and an index of CiA 301, and one with sub-indices has sub-index 0;
 //! - each own object has its functions, which return its type; the limits of a command fit its type;
 //! - with LSS: the identity object has its four numbers, the node-ID 255 is permitted, node-ID and bit rate are stored, and the tables of
 //!   bit rates have selectors of the manufacturer;
@@ -245,6 +245,10 @@ const fn check_names(objects: &[Object], parameters: &[Parameter], quantities: &
         mistake.unless(
             !object.name.is_empty() || !described.is_empty(),
             "the object has no name",
+        );
+        mistake.unless(
+            matches!(object.index, 0x1000..0xC000),
+            "the index of an object is 1000h to BFFFh",
         );
         mistake.unless(
             object_at(objects, object.index, 0).is_some(),

@@ -11,7 +11,10 @@ pub struct ParameterSet {
 
 const WORDS: usize = 4;
 
-#[allow(clippy::indexing_slicing)] // the index is below the number of words
+#[expect(
+    clippy::indexing_slicing,
+    reason = "the index is below the number of words"
+)]
 impl ParameterSet {
     /// The number of ids that a set can contain: 0 to `CAPACITY` - 1.
     pub const CAPACITY: usize = 32 * WORDS;

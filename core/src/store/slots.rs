@@ -371,12 +371,15 @@ impl<M: NorFlash, B: Buffer> Store<M, B> {
         1 - self.home.min(1)
     }
 
-    #[allow(clippy::indexing_slicing)] // modulo the length; a choice by `if` needs 50 bytes more
+    #[expect(
+        clippy::indexing_slicing,
+        reason = "modulo the length; a choice by `if` needs 50 bytes more"
+    )]
     fn slot(&self, number: usize) -> Slot {
         self.slots[number % 2]
     }
 
-    #[allow(clippy::indexing_slicing)] // as above
+    #[expect(clippy::indexing_slicing, reason = "modulo the length")]
     fn slot_mut(&mut self, number: usize) -> &mut Slot {
         &mut self.slots[number % 2]
     }

@@ -70,7 +70,7 @@ impl Product for Mast {
     plumbline::project!(objects);
 }
 
-pub const LISTING: listing::Product = listing::Product::canopen::<Mast>("mast", "Own", ARTICLE)
+pub const LISTING: listing::Product = listing::Product::canopen::<Mast>(NAME, MAKER, ARTICLE)
     .guided(&Guide {
         short_names: &[(LIMIT, "limit")],
         groups: &[("limits", &[LIMIT])],
@@ -84,6 +84,8 @@ pub const LISTING: listing::Product = listing::Product::canopen::<Mast>("mast", 
         teach: &[],
     });
 
+const NAME: &str = "mast";
+const MAKER: &str = "Own";
 const ARTICLE: Article = Article {
     name: "MAST",
     number: "1",

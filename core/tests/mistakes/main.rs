@@ -11,8 +11,8 @@ const OBJECTS: &str = "plumbline::project!(objects);";
 const FUNCTIONS: &str = "plumbline::project!(functions);";
 const ATTRIBUTES: &str = "plumbline::project!(attributes);";
 const GROUPS: &str = "plumbline::project!(groups);";
-/// The first line of the expression with the guide.
-const GUIDE: &str = r#"pub const LISTING: listing::Product = listing::Product::canopen::<Mast>("mast", "Own", ARTICLE)"#;
+/// The first line of the entry of the catalogue.
+const LISTING: &str = r#"pub const LISTING: listing::Product = listing::Product::canopen::<Mast>(NAME, MAKER, ARTICLE)"#;
 
 /// A text of the product, another text in its place, the macro and the message.
 type Mistake = (&'static str, &'static str, &'static str, &'static str);
@@ -56,6 +56,7 @@ const CANOPEN: &[Mistake] = &[
     ("const GROUPS", "const WRITABLE: usize = 64;\n    const GROUPS", OBJECTS, "WRITABLE: the buffer for texts is shorter"),
     ("const GROUPS", "const LSS_TABLES: &'static [plumbline::canopen::LssTable] = &[(128, &[])];\n    const GROUPS", OBJECTS, "LSS_TABLES 0: a product without LSS has no table of bit rates"),
     ("DataType::U8).within(1, 100, 50)", "DataType::Real32).within(1, 100, 50).in_unit(\"deg\", 1)", PARAMETERS, "parameter 2 \"Limit\": a real number has its own decimal point: no decimals"),
+    ("Object::value(0x6011, 0, RATE)", "Object::value(0xC011, 0, RATE)", OBJECTS, "object C011h:00: the index of an object is 1000h to BFFFh"),
     ("0x180)", "0x181)", OBJECTS, "object 1800h:01: the node-ID is added to the default COB-ID, which is without it, for example 180h"),
     ("0x180)", "0x600)", OBJECTS, "object 1800h:01: the default COB-ID is not free with the node-ID 1"),
     ("&[(0x2000, 0x5FFF)]", "&[(0x2000, 0x5FFF), (0x3000, 0x3FFF)]", OBJECTS, "GROUPS 1: another group has some of these indices"),
@@ -64,16 +65,20 @@ const CANOPEN: &[Mistake] = &[
 ];
 
 #[rustfmt::skip]
-const GUIDES: &[Mistake] = &[
-    ("(LIMIT, \"limit\")", "(ParameterId(9), \"limit\")", GUIDE, "limit: the table has no parameter 9"),
-    ("(\"limits\", &[LIMIT])", "(\"limits\", &[LIMIT, ParameterId(9)])", GUIDE, "limits: the table has no parameter 9"),
-    ("angles: &[SLOPE]", "angles: &[SLOPE, ValueId(2)]", GUIDE, "angles: the application has no quantity 2"),
-    ("parameter: LIMIT", "parameter: ParameterId(9)", GUIDE, "resolution: the table has no parameter 9"),
-    ("parameters: &[LIMIT]", "parameters: &[ParameterId(9)]", GUIDE, "resolution: the table has no parameter 9"),
-    ("values: &[SLOPE]", "values: &[ValueId(2)]", GUIDE, "resolution: the application has no quantity 2"),
-    ("(LIMIT, Written::Nothing)", "(ParameterId(9), Written::Nothing)", GUIDE, "zero 0: the table has no parameter 9"),
-    ("new(\"x\"", "new(\"X\"", GUIDE, "zero 0: the axis is `x`, `y` or empty"),
-    ("teach: &[]", "teach: &[Adjustment { absent_if: Some((ParameterId(9), 0)), ..Adjustment::new(\"\", &[]) }]", GUIDE, "teach 0: the table has no parameter 9"),
+const LISTINGS: &[Mistake] = &[
+    ("(LIMIT, \"limit\")", "(ParameterId(9), \"limit\")", LISTING, "limit: the table has no parameter 9"),
+    ("(\"limits\", &[LIMIT])", "(\"limits\", &[LIMIT, ParameterId(9)])", LISTING, "limits: the table has no parameter 9"),
+    ("\"mast\"", "\"My Mast\"", LISTING, "name: a short name has the characters a to z, 0 to 9, `-` and `_`"),
+    ("\"mast\"", "\"\"", LISTING, "name: the product has no short name"),
+    ("\"Own\"", "\"\"", LISTING, "maker: the name is empty"),
+    ("\"Own\"", "\"Own\\n\"", LISTING, "maker: the name has a line break"),
+    ("angles: &[SLOPE]", "angles: &[SLOPE, ValueId(2)]", LISTING, "angles: the application has no quantity 2"),
+    ("parameter: LIMIT", "parameter: ParameterId(9)", LISTING, "resolution: the table has no parameter 9"),
+    ("parameters: &[LIMIT]", "parameters: &[ParameterId(9)]", LISTING, "resolution: the table has no parameter 9"),
+    ("values: &[SLOPE]", "values: &[ValueId(2)]", LISTING, "resolution: the application has no quantity 2"),
+    ("(LIMIT, Written::Nothing)", "(ParameterId(9), Written::Nothing)", LISTING, "zero 0: the table has no parameter 9"),
+    ("new(\"x\"", "new(\"X\"", LISTING, "zero 0: the axis is `x`, `y` or empty"),
+    ("teach: &[]", "teach: &[Adjustment { absent_if: Some((ParameterId(9), 0)), ..Adjustment::new(\"\", &[]) }]", LISTING, "teach 0: the table has no parameter 9"),
 ];
 
 #[rustfmt::skip]
@@ -272,8 +277,8 @@ fn each_mistake_of_a_canopen_product_is_an_error_at_its_table_that_names_the_row
 }
 
 #[test]
-fn each_mistake_of_a_guide_is_an_error_at_its_call_that_names_the_entry() {
-    check("guide", include_str!("canopen.rs"), GUIDES);
+fn each_mistake_of_a_listing_is_an_error_at_its_expression_that_names_the_entry() {
+    check("listing", include_str!("canopen.rs"), LISTINGS);
 }
 
 #[test]

@@ -75,6 +75,7 @@ impl Tables {
 
 impl Product {
     /// The product `P` with a single article, compatible with that of this maker.
+    #[track_caller]
     pub const fn canopen<P: canopen::Product>(
         name: &'static str,
         maker: &'static str,
@@ -91,6 +92,7 @@ impl Product {
     /// The product `P` with the protocols CANopen and J1939.
     ///
     /// `selector`: the parameter that selects the protocol at a restart, and its value for CANopen.
+    #[track_caller]
     pub const fn with_j1939<P: Both>(
         name: &'static str,
         maker: &'static str,

@@ -26,6 +26,7 @@ impl Tables {
 
 impl Product {
     /// The product `P` with an article of this name, whose order number is the catalogue number of the identity.
+    #[track_caller]
     pub const fn devicenet<P: devicenet::Product>(
         name: &'static str,
         article: &'static str,

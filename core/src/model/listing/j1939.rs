@@ -56,6 +56,7 @@ impl Tables {
 
 impl Product {
     /// The product `P` with J1939 only and a single article, compatible with that of this maker.
+    #[track_caller]
     pub const fn j1939<P: j1939::Product>(
         name: &'static str,
         maker: &'static str,

@@ -18,10 +18,12 @@ pub use guide::{Adjustment, Guide, Resolution, Written};
 
 use crate::application::Application;
 use crate::heater;
+use crate::mistake::Mistake;
 use crate::node::{Boot, ProductNode};
 use crate::param::{Constraint, Parameter, Quantity, Table};
 use crate::store::{Buffer, ImageId, Owner};
 use crate::time::Instant;
+use crate::walk::each;
 use core::any::TypeId;
 
 /// The parameters of the product of node `N`.
@@ -30,7 +32,7 @@ type TableOf<N> = <<N as ProductNode>::Application as Application>::Table;
 /// A product as data, for programs on a PC.
 #[derive(Clone, Copy, Debug)]
 pub struct Product {
-    /// Its short name, for example `is2`. It is used on command lines and is the name of the firmware image.
+    /// Its short name, for example `is2`: a to z, 0 to 9, `-` and `_`. It is used on command lines and is the name of the firmware image.
     pub name: &'static str,
     /// The manufacturer of the original sensor.
     pub maker: &'static str,
@@ -87,12 +89,21 @@ impl Product {
     }
 
     /// A product with node `N`, which is not started.
+    #[track_caller]
     const fn of<N: ProductNode>(
         name: &'static str,
         maker: &'static str,
         protocol: Protocol,
         image: ImageId,
     ) -> Self {
+        each!(letter in name.as_bytes() => {
+            Mistake::Item("name").unless(
+                matches!(*letter, b'a'..=b'z' | b'0'..=b'9' | b'-' | b'_'),
+                "a short name has the characters a to z, 0 to 9, `-` and `_`",
+            );
+        });
+        Mistake::Item("name").unless(!name.is_empty(), "the product has no short name");
+        check_line("maker", maker);
         Self {
             parameters: TableOf::<N>::PARAMETERS,
             constraints: TableOf::<N>::CONSTRAINTS,
@@ -115,7 +126,9 @@ impl Product {
     }
 
     /// Sets the vendor. The vendor of an original sensor is its manufacturer.
+    #[track_caller]
     pub const fn sold_by(self, vendor: &'static str) -> Self {
+        check_line("vendor", vendor);
         Self { vendor, ..self }
     }
 
@@ -142,6 +155,18 @@ impl Product {
             serial,
         }
     }
+}
+
+/// Checks that a name fits into a line of a data sheet.
+#[track_caller]
+const fn check_line(item: &str, name: &str) {
+    Mistake::Item(item).unless(!name.is_empty(), "the name is empty");
+    each!(letter in name.as_bytes() => {
+        Mistake::Item(item).unless(
+            !letter.is_ascii_control(),
+            "the name has a line break or another control character",
+        );
+    });
 }
 
 /// An article of a product.
