@@ -12,7 +12,7 @@ use crate::failure::Failure;
 use crate::sheet::{Entry, Form};
 use plumbline::can::CanId;
 use plumbline::param::{DataType, Meaning, Permitted};
-use scale::{decimal, number_and_unit};
+use scale::{is_same_quantity, number_and_unit, quantity};
 use serde_json::{Number, Value, json};
 
 /// Why a text is no value of an entry.
@@ -175,13 +175,9 @@ impl Entry {
     }
 
     fn scaled(&self, text: &str) -> Result<i64, Wrong> {
-        // `10h` is 10 hours, if the unit is hours.
-        let (unit, small) = (self.scale.unit.to_lowercase(), text.to_lowercase());
-        let is_unit = unit.ends_with('h') && small.ends_with(&unit);
-        if let Some(number) = integer(text).filter(|_| !is_unit)
-            && !text
-                .bytes()
-                .all(|byte| byte.is_ascii_digit() || byte == b'-')
+        // With a unit, `10h` is 10 hours or a mistake.
+        if self.scale.unit.is_empty()
+            && let Some(number) = integer(text)
         {
             return Ok(number);
         }
@@ -191,39 +187,35 @@ impl Entry {
             let why = format!("a hexadecimal number ends with h: write {text}h");
             return Err(Wrong::value(why));
         }
-        let is_number = |letter: char| letter.is_ascii_digit() || ".-+".contains(letter);
-        let end = text.find(|letter| !is_number(letter)).unwrap_or(text.len());
-        let (number, unit) = text.split_at(end);
-        let number = decimal(number).ok_or_else(|| Wrong::value("it is no number"))?;
-        self.scale.number(number, unit.trim())
+        let (number, unit) = quantity(text).ok_or_else(|| Wrong::value("it is no number"))?;
+        self.scale.number(number, unit)
     }
 
     /// The number of a name, or a number that is permitted. A number that is both is ambiguous.
     fn named(&self, text: &str) -> Result<i64, String> {
-        let names: Vec<String> = self
-            .meanings
-            .iter()
-            .map(|(_, name)| (*name).to_owned())
-            .collect();
-        let wanted = plain(text);
+        let names = || {
+            let names = self.meanings.iter().map(|(_, name)| *name);
+            names.collect::<Vec<_>>().join(", ")
+        };
         let found = |is: &dyn Fn(&str) -> bool| -> Vec<u32> {
-            let rows = self.meanings.iter().filter(|(_, name)| is(&plain(name)));
+            let rows = self.meanings.iter().filter(|(_, name)| is(name));
             rows.map(|(number, _)| *number).collect()
         };
-        let mut matches = found(&|name| name == wanted);
+        let wanted = plain(text);
+        let mut matches = found(&|name| plain(name) == wanted && !wanted.is_empty());
+        if matches.is_empty() && !text.starts_with(|letter: char| !letter.is_alphabetic()) {
+            // `butterworth` is `Butterworth 8th order`: whole words, but no part of a word.
+            matches = found(&|name| has_first_words(name, &wanted));
+        }
         if matches.is_empty() {
-            matches = found(&|name| name.starts_with(&wanted) && !wanted.is_empty());
+            // `250` and `0.25 Mbit/s` are `250 kbit/s`.
+            matches = found(&|name| is_same_quantity(text, name));
         }
-        let number = integer(text);
-        if number.is_some() {
-            // `250` is `250 kbit/s`, not the beginning of `2500`.
-            matches = found(&|name| {
-                let rest = name.strip_prefix(&wanted);
-                rest.is_some_and(|rest| {
-                    !rest.starts_with(|letter: char| letter.is_ascii_digit() || letter == '.')
-                })
-            });
-        }
+        // `10h` is no number of a name: its unit can be missing, or stand in another entry of a group.
+        let number = match self.form {
+            Form::Hexadecimal => integer(text),
+            _ => text.parse().ok(),
+        };
         let own = number.filter(|number| {
             self.meanings
                 .iter()
@@ -235,13 +227,10 @@ impl Entry {
             (None, [only]) => Ok((*only).into()),
             (Some(own), _) => Err(format!(
                 "{text} is ambiguous: write raw:{own} or one of {}",
-                names.join(", ")
+                names()
             )),
-            (None, []) => Err(format!("its values are {}", names.join(", "))),
-            (None, _) => Err(format!(
-                "{text} is ambiguous: its values are {}",
-                names.join(", ")
-            )),
+            (None, []) => Err(format!("its values are {}", names())),
+            (None, _) => Err(format!("{text} is ambiguous: its values are {}", names())),
         }
     }
 
@@ -316,6 +305,13 @@ impl Entry {
         };
         format!("{}..{}", self.scale.value(low), self.scale.with_unit(high))
     }
+}
+
+/// Whether these are the first words of a name.
+fn has_first_words(name: &str, wanted: &str) -> bool {
+    let ends = name.match_indices(' ').map(|(end, _)| end);
+    let mut beginnings = ends.map(|end| plain(&name[..end]));
+    beginnings.any(|own| own == wanted)
 }
 
 /// Letters and digits in small letters: names are compared without spaces, hyphens and capitals.

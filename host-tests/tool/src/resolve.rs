@@ -78,7 +78,7 @@ pub fn assignments<'a>(sheet: &'a Sheet, text: &str) -> Result<Vec<Assignment<'a
     }
     let mut left: Vec<&Entry> = group.clone();
     let mut taken = Vec::new();
-    for part in value.split(',') {
+    for part in parts(value) {
         let fits = |entry: &&Entry| entry.parse(part).is_ok();
         let Some(place) = left.iter().position(fits) else {
             let mut wrong = left.iter().filter_map(|entry| entry.parse(part).err());
@@ -96,6 +96,23 @@ pub fn assignments<'a>(sheet: &'a Sheet, text: &str) -> Result<Vec<Assignment<'a
         taken.push((left.remove(place), part.trim().to_owned()));
     }
     Ok(taken)
+}
+
+/// The values of a group. A comma between two digits is a decimal comma.
+fn parts(value: &str) -> Vec<&str> {
+    let is_digit = |byte: Option<&u8>| byte.is_some_and(u8::is_ascii_digit);
+    let bytes = value.as_bytes();
+    let (mut parts, mut start) = (Vec::new(), 0);
+    for (place, _) in value.match_indices(',') {
+        let is_decimal =
+            place > start && is_digit(bytes.get(place - 1)) && is_digit(bytes.get(place + 1));
+        if !is_decimal {
+            parts.push(&value[start..place]);
+            start = place + 1;
+        }
+    }
+    parts.push(&value[start..]);
+    parts
 }
 
 /// The group that contains an entry, if there is one.

@@ -91,23 +91,24 @@ impl Scale {
         (mantissa, exponent): (i128, u8),
         unit: &str,
     ) -> Result<i64, Wrong> {
-        let power = match unit {
-            "" => 0,
+        let (factor, divisor, power) = match unit {
+            "" => (1, 1, 0),
             unit => conversion(unit, self.unit).ok_or_else(|| match self.unit {
                 "" => Wrong::value("it has no unit"),
                 own => Wrong::value(format!("its unit is {own}")),
             })?,
         };
-        // mantissa / 10^exponent x 10^power = number x multiplier / 10^decimals
+        // mantissa / 10^exponent x factor / divisor x 10^power = number x multiplier / 10^decimals
         let shift = i32::from(self.decimals) - i32::from(exponent) + power;
         let tens = 10_i128
             .checked_pow(shift.unsigned_abs())
             .ok_or_else(Wrong::too_large)?;
-        let multiplier = i128::from(self.multiplier);
+        let over = mantissa.checked_mul(factor);
+        let under = i128::from(self.multiplier).checked_mul(divisor);
         let (over, under) = if shift < 0 {
-            (Some(mantissa), multiplier.checked_mul(tens))
+            (over, under.and_then(|under| under.checked_mul(tens)))
         } else {
-            (mantissa.checked_mul(tens), Some(multiplier))
+            (over.and_then(|over| over.checked_mul(tens)), under)
         };
         let (Some(over), Some(under)) = (over, under) else {
             return Err(Wrong::too_large());
@@ -120,14 +121,14 @@ impl Scale {
     }
 }
 
-/// A decimal number: its digits as an integer, and the number of digits after the point.
+/// A decimal number: its digits as an integer, and the number of digits after the point or comma.
 pub(super) fn decimal(text: &str) -> Option<(i128, u8)> {
     let (sign, digits) = match text.strip_prefix(['-', '+']) {
         Some(digits) if text.starts_with('-') => (-1, digits),
         Some(digits) => (1, digits),
         None => (1, text),
     };
-    let (whole, part) = digits.split_once('.').unwrap_or((digits, ""));
+    let (whole, part) = digits.split_once(['.', ',']).unwrap_or((digits, ""));
     let is_number = |text: &str| text.bytes().all(|byte| byte.is_ascii_digit());
     let has_digits = !(whole.is_empty() && part.is_empty());
     if !is_number(whole) || !is_number(part) || !has_digits || text.len() > 30 {
@@ -137,10 +138,44 @@ pub(super) fn decimal(text: &str) -> Option<(i128, u8)> {
     Some((sign * number, part.len() as u8))
 }
 
-/// The power of ten from one unit to another with the same base.
-fn conversion(from: &str, to: &str) -> Option<i32> {
-    let (from, to) = (split(from), split(to));
-    (from.1 == to.1).then_some(from.0 - to.0)
+/// The number and the unit of a text such as `2.5Hz`. The unit can be empty.
+pub(super) fn quantity(text: &str) -> Option<((i128, u8), &str)> {
+    let is_number = |letter: char| letter.is_ascii_digit() || ".,-+".contains(letter);
+    let end = text.find(|letter| !is_number(letter)).unwrap_or(text.len());
+    let (number, unit) = text.split_at(end);
+    Some((decimal(number)?, unit.trim()))
+}
+
+/// Whether a text is the number of a name such as `250 kbit/s`, without a unit or in any spelling of the unit.
+pub(super) fn is_same_quantity(text: &str, name: &str) -> bool {
+    let own = name.split_once(' ');
+    let own = own.and_then(|(number, unit)| Some((decimal(number)?, unit)));
+    let (Some(((number, decimals), unit)), Some(((wanted, exponent), other))) =
+        (own, quantity(text))
+    else {
+        return false;
+    };
+    let Some((factor, divisor, power)) = (match other {
+        "" => Some((1, 1, 0)),
+        other => conversion(other, unit),
+    }) else {
+        return false;
+    };
+    // number / 10^decimals = wanted / 10^exponent x factor / divisor x 10^power
+    let shift = i32::from(decimals) - i32::from(exponent) + power;
+    let tens = |power: i32| 10_i128.checked_pow(power.max(0).unsigned_abs());
+    let product = |number: i128, factor: i128, power: i32| {
+        number.checked_mul(factor)?.checked_mul(tens(power)?)
+    };
+    let left = product(number, divisor, -shift);
+    left.is_some() && left == product(wanted, factor, shift)
+}
+
+/// A value in one unit is this value in another one with the same base: x factor / divisor x 10^power.
+fn conversion(from: &str, to: &str) -> Option<(i128, i128, i32)> {
+    let (from, to) = (Unit::of(from), Unit::of(to));
+    let is_same = from.base.eq_ignore_ascii_case(&to.base);
+    is_same.then_some((from.factor, to.factor, from.power - to.power))
 }
 
 /// The units that can have a prefix.
@@ -149,21 +184,51 @@ const BASES: [&str; 7] = ["Hz", "s", "bit/s", "V", "W", "A", "g"];
 /// The number and the unit of a name such as `0.01 deg`.
 pub(super) fn number_and_unit(name: &str) -> Option<(&str, &str)> {
     let (number, unit) = name.split_once(' ')?;
-    let base = split(unit).1;
+    let base = Unit::of(unit).base;
     let is_unit = base == "deg" || BASES.contains(&base.as_str());
     decimal(number).filter(|_| is_unit)?;
     Some((number, unit))
 }
 
-/// The power of ten of the prefix of a unit, and its base.
-fn split(unit: &str) -> (i32, String) {
-    let unit = unit.trim().replace('°', "deg").replace('µ', "u");
-    for (prefix, power) in [("u", -6), ("m", -3), ("k", 3), ("M", 6)] {
-        if let Some(base) = unit.strip_prefix(prefix)
-            && BASES.contains(&base)
-        {
-            return (power, base.to_owned());
+/// A unit: factor x 10^power of its base.
+struct Unit {
+    factor: i128,
+    power: i32,
+    base: String,
+}
+
+impl Unit {
+    /// The unit in any case. A small m is never mega, except for a bit rate, which no one measures in mbit/s. A large M is mega only for
+    /// a frequency and a bit rate.
+    fn of(unit: &str) -> Self {
+        let unit = unit.trim().replace('°', "deg").replace(['µ', 'μ'], "u");
+        let (factor, power, base) = match unit.to_ascii_lowercase().as_str() {
+            "min" => (60, 0, "s"),
+            "h" => (3600, 0, "s"),
+            _ => (1, 0, unit.as_str()),
+        };
+        let own = |factor, power, base: &str| Self {
+            factor,
+            power,
+            base: base.to_owned(),
+        };
+        let is = |base: &str, text: &str| base.eq_ignore_ascii_case(text);
+        let known = |text: &str| BASES.into_iter().find(|base| is(base, text));
+        if let Some(base) = known(base) {
+            return own(factor, power, base);
         }
+        let mut letters = base.chars();
+        let prefix = letters.next().unwrap_or(' ');
+        let Some(rest) = known(letters.as_str()) else {
+            return own(factor, power, base);
+        };
+        let power = match (prefix, rest) {
+            ('u' | 'U', _) => -6,
+            ('m' | 'M', "bit/s") | ('M', "Hz") => 6,
+            ('m' | 'M', _) => -3,
+            ('k' | 'K', _) => 3,
+            _ => return own(factor, power, base),
+        };
+        own(factor, power, rest)
     }
-    (0, unit)
 }

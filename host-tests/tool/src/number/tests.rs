@@ -36,16 +36,30 @@ fn value_is_read_in_every_spelling_of_its_unit() {
         ("2500", 2500),
         ("0.0025kHz", 2500),
         ("raw:2500", 2500),
-        ("0x9C4", 2500),
-        ("9C4h", 2500),
+        ("2.5 HZ", 2500),
+        ("2,5hz", 2500),
+        ("2500 mhz", 2500),
+        ("0.0025 KHZ", 2500),
+        ("0,0000025MHz", 2500),
+        ("raw:0x9C4", 2500),
+        ("raw:9C4h", 2500),
     ] {
         assert_eq!(parse("is2", "cut-off", text), Ok(raw), "{text}");
     }
     assert_eq!(parse("is2", "zero-x", "-1.25deg"), Ok(0xFF83));
     assert_eq!(parse("is2", "zero-x", "-1.25°"), Ok(0xFF83));
     assert_eq!(parse("is2", "cyclic-time", "0.25s"), Ok(250));
+    for (text, raw) in [("250 MS", 250), ("0.5min", 30_000), ("1 Min", 60_000)] {
+        assert_eq!(parse("is2", "cyclic-time", text), Ok(raw), "{text}");
+    }
     assert_eq!(parse("jn2101", "tpdo1-inhibit-time", "1ms"), Ok(10));
-    assert_eq!(parse("ims360", "baud-rate", "250kbit/s"), Ok(250_000));
+    assert_eq!(
+        parse("jn2101", "tpdo1-inhibit-time", "1000\u{3bc}s"),
+        Ok(10)
+    );
+    for text in ["250kbit/s", "250 KBit/S", "0,25mbit/s", "250000"] {
+        assert_eq!(parse("ims360", "baud-rate", text), Ok(250_000), "{text}");
+    }
 }
 
 #[test]
@@ -58,7 +72,12 @@ fn value_that_is_not_exact_or_no_number_is_refused() {
         "-",
         ".",
         "1e3",
-        "2,5Hz",
+        "2,5,0Hz",
+        "2.500,5Hz",
+        "2,Hzz",
+        "9C4h",
+        "100h",
+        "0x9C4",
         "99999999999999999999Hz",
         "70Hz",
         "raw:x",
@@ -74,7 +93,7 @@ fn value_that_is_not_exact_or_no_number_is_refused() {
 }
 
 #[test]
-fn number_with_the_unit_h_is_hours_not_hexadecimal() {
+fn hexadecimal_number_is_taken_only_without_unit() {
     let sheet = Sheet::of(find("is2").unwrap());
     let entry = sheet.entries.iter().find(|entry| entry.name == "cut-off");
     let of = |unit: &'static str, text: &str| {
@@ -83,26 +102,71 @@ fn number_with_the_unit_h_is_hours_not_hexadecimal() {
             scale,
             ..entry.unwrap().clone()
         };
-        entry.parse(text)
+        entry.parse(text).ok()
     };
-    assert_eq!(of("h", "10h"), Ok(10));
-    assert_eq!(of("h", "10 h"), Ok(10));
-    assert_eq!(of("h", "0x10"), Ok(16));
-    assert!(of("h", "1Fh").is_err());
-    assert_eq!(of("Ah", "10Ah"), Ok(10));
-    assert_eq!(of("Ah", "10h"), Ok(16));
-    assert_eq!(of("", "10h"), Ok(16));
-    assert_eq!(of("kHz", "10h"), Ok(16));
+    for (unit, text, raw) in [
+        ("", "10h", Some(16)),
+        ("", "0x10", Some(16)),
+        ("", "1FH", Some(31)),
+        ("h", "10h", Some(10)),
+        ("h", "10 H", Some(10)),
+        ("h", "90min", None),
+        ("h", "120min", Some(2)),
+        ("h", "0x10", None),
+        ("h", "1Fh", None),
+        ("Ah", "10Ah", Some(10)),
+        ("Ah", "10h", None),
+        ("kHz", "10h", None),
+        ("s", "1h", Some(3600)),
+        ("ms", "1h", None),
+        ("ms", "0.5h", Some(1_800_000)),
+    ] {
+        // 1 h in ms has more than the 16 bits of this entry.
+        let raw = raw.filter(|raw| *raw <= 0xFFFF);
+        assert_eq!(of(unit, text), raw, "{text} in {unit:?}");
+    }
+}
+
+#[test]
+fn beginning_of_a_name_is_no_value() {
+    for (product, name, text) in [
+        ("is2", "filter-type", "butter"),
+        ("is2", "filter-type", "b"),
+        ("is2", "filter-type", ""),
+        ("is2", "baud-rate", "250k"),
+        ("is2", "baud-rate", "25"),
+        ("is2", "baud-rate", "-250"),
+        ("jn2101", "filter", "10h"),
+        ("jn2101", "filter", "10 h"),
+        ("jn2101", "filter", "0x2"),
+    ] {
+        assert!(parse(product, name, text).is_err(), "{name}={text}");
+    }
 }
 
 #[test]
 fn name_is_read_without_regard_to_spaces_and_capitals() {
-    for text in ["Butterworth", "butterworth", "butter", "1", "raw:1"] {
+    for text in ["Butterworth", "butterworth", "BUTTER-worth", "1", "raw:1"] {
         assert_eq!(parse("is2", "filter-type", text), Ok(1), "{text}");
     }
     assert_eq!(parse("is2", "filter-type", "critically-damped"), Ok(2));
-    assert_eq!(parse("is2", "baud-rate", "250"), Ok(6));
-    assert_eq!(parse("is2", "baud-rate", "62.5 kbit/s"), Ok(10));
+    for (text, raw) in [
+        ("butterworth", 1),
+        ("Butterworth-8th", 1),
+        ("critically damped", 2),
+    ] {
+        assert_eq!(parse("ims360", "filter-type", text), Ok(raw), "{text}");
+    }
+    assert!(parse("ims360", "filter-type", "butterworth 8").is_err());
+    for (text, raw) in [
+        ("250", 6),
+        ("250 KBIT/S", 6),
+        ("0.25 Mbit/s", 6),
+        ("62.5 kbit/s", 10),
+        ("62,5", 10),
+    ] {
+        assert_eq!(parse("is2", "baud-rate", text), Ok(raw), "{text}");
+    }
     assert_eq!(parse("is2", "baud-rate", "6"), Ok(6));
     assert_eq!(parse("jn2101", "filter", "5Hz"), Ok(2));
 }

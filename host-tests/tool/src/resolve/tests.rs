@@ -56,6 +56,23 @@ fn values_of_a_group_come_in_any_order() {
 }
 
 #[test]
+fn comma_between_digits_of_a_group_is_a_decimal_comma() {
+    let sheet = sheet("is2");
+    for (text, value) in [
+        ("filter=2,5Hz,butterworth", "2,5Hz"),
+        ("filter=Butterworth,1,5 Hz", "1,5 Hz"),
+    ] {
+        let taken = assignments(&sheet, text).unwrap();
+        let found = taken.iter().find(|(entry, _)| entry.name == "cut-off");
+        assert_eq!((taken.len(), &found.unwrap().1[..]), (2, value), "{text}");
+    }
+    // Not the filter type with the number 1 and 5 Hz.
+    let taken = assignments(&sheet, "filter=1,5Hz").unwrap();
+    assert_eq!((taken.len(), &taken[0].1[..]), (1, "1,5Hz"));
+    assert!(assignments(&sheet, "filter=1h").is_err());
+}
+
+#[test]
 fn single_value_of_a_group_sets_the_parameter_that_it_fits() {
     let sheet = sheet("is2");
     let taken = assignments(&sheet, "filter=butterworth").unwrap();
