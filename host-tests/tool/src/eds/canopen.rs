@@ -47,7 +47,7 @@ const fn service(index: u16, service: Service) -> Object {
 
 /// The parts of the sheet.
 pub(super) fn parts(text: &str) -> Result<Parts, String> {
-    let sections = sections(text)?;
+    let (sections, ignored) = sections(text)?;
     let none = Section::default();
     let info = sections.get("deviceinfo").unwrap_or(&none);
     let mut objects: BTreeMap<u16, &Section> = BTreeMap::new();
@@ -63,7 +63,16 @@ pub(super) fn parts(text: &str) -> Result<Parts, String> {
             None => {}
         }
     }
-    let (mut rows, mut left_out) = (Vec::new(), 0);
+    // Without an object that has sub-indices, they are not known.
+    let has_subs = |index: &u16| {
+        let object = objects.get(index).and_then(|own| own.number("objecttype"));
+        matches!(object, Some(ARRAY | RECORD))
+    };
+    let lonely = subs.iter().filter(|((index, _), _)| !has_subs(index));
+    let mut left_out = lonely
+        .filter(|((_, sub), own)| *sub > 0 || !is_constant(own))
+        .count();
+    let mut rows = Vec::new();
     for (index, object) in objects {
         let title = object.get("parametername").unwrap_or_default();
         let group = group_of(index, &shown(title));
@@ -113,6 +122,7 @@ pub(super) fn parts(text: &str) -> Result<Parts, String> {
         identity,
         rows: rows.into_iter().map(Draft::from).collect(),
         left_out,
+        ignored,
     })
 }
 

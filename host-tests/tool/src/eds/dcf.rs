@@ -39,9 +39,12 @@ pub fn text(data_sheet: &str, device: &Commissioning, values: &[(Entry, u32)]) -
         let is = |name: &str| key.eq_ignore_ascii_case(name);
         if let Some(name) = section(trimmed) {
             is_info = name.eq_ignore_ascii_case("FileInfo");
-            // These sections belong to an older configuration.
-            is_dropped =
-                name.eq_ignore_ascii_case("DeviceComissioning") || compact_values(name).is_some();
+            // These sections belong to an older configuration. CiA 306 has one m, other tools write two.
+            let is_commissioning = ["DeviceComissioning", "DeviceCommissioning"];
+            is_dropped = is_commissioning
+                .iter()
+                .any(|own| name.trim().eq_ignore_ascii_case(own))
+                || compact_values(name).is_some();
             if is_dropped {
                 continue;
             }

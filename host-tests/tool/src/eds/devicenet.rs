@@ -41,7 +41,7 @@ pub(super) fn is_devicenet(text: &str) -> bool {
 
 /// The parts of the sheet.
 pub(super) fn parts(text: &str) -> Result<Parts, String> {
-    let fields = fields(text)?;
+    let (fields, ignored) = fields(text)?;
     let device = |key: &str| {
         let fields = fields.get(&("device".to_owned(), key.to_owned()))?;
         fields.first().map(String::as_str)
@@ -80,31 +80,75 @@ pub(super) fn parts(text: &str) -> Result<Parts, String> {
         identity,
         rows,
         left_out,
+        ignored,
     })
 }
 
-/// The entries of a file.
-pub(super) fn fields(text: &str) -> Result<Fields, String> {
+/// The entries of a file, and the lines between entries that are none.
+///
+/// # Errors
+/// One sentence with the line that cannot be read. A missing semicolon would give the next entry to the one before.
+pub(super) fn fields(text: &str) -> Result<(Fields, Vec<usize>), String> {
     let mut all = Fields::new();
+    let mut ignored = Vec::new();
     let (mut section, mut key) = (String::new(), None);
     let (mut done, mut field) = (Vec::new(), String::new());
-    let (mut is_quoted, mut is_comment) = (false, false);
-    let mut line = 1;
+    let (mut is_quoted, mut is_comment, mut is_name) = (false, false, false);
+    // The lines of the last letter, of the last one on a line before, and of the key.
+    let (mut line, mut last, mut before, mut begin) = (1, 1, 1, 1);
     let small = |text: &str| text.trim().to_ascii_lowercase();
-    for letter in text.chars() {
-        line += u32::from(letter == '\n');
-        match letter {
-            '\n' if is_quoted => {
-                return Err(format!("line {} has an open quotation mark", line - 1));
+    let mut letters = text.char_indices();
+    while let Some((place, letter)) = letters.next() {
+        if letter == '\n' {
+            if is_quoted {
+                return Err(format!("line {line} has an open quotation mark"));
             }
-            '\n' => is_comment = false,
-            _ if is_comment => {}
+            if is_name {
+                return Err(format!("line {line} has an open bracket"));
+            }
+            if key.is_none() && !field.is_empty() {
+                ignored.push(line);
+                field.clear();
+            }
+            is_comment = false;
+            line += 1;
+            continue;
+        }
+        if is_comment || (letter.is_whitespace() && !is_quoted) {
+            continue;
+        }
+        if letter == '$' && !is_quoted {
+            is_comment = true;
+            continue;
+        }
+        if last != line {
+            (before, last) = (last, line);
+        }
+        match letter {
             '"' => is_quoted = !is_quoted,
+            '\\' if is_quoted && is_escape(&text[place + 1..]) => {
+                letters.next();
+                field.push('"');
+            }
             _ if is_quoted => field.push(letter),
-            '$' => is_comment = true,
-            '[' if key.is_none() => field.clear(),
-            ']' if key.is_none() => section = small(&std::mem::take(&mut field)),
-            '=' if key.is_none() => key = Some(small(&std::mem::take(&mut field))),
+            '=' | '[' if key.is_some() => {
+                let line = before.max(begin);
+                return Err(format!(
+                    "line {line} has no semicolon at the end of an entry"
+                ));
+            }
+            '[' => {
+                field.clear();
+                is_name = true;
+            }
+            ']' if is_name => {
+                section = small(&std::mem::take(&mut field));
+                is_name = false;
+            }
+            '=' => {
+                key = Some(small(&std::mem::take(&mut field)));
+                begin = line;
+            }
             ',' => done.push(std::mem::take(&mut field).trim().to_owned()),
             ';' => {
                 done.push(std::mem::take(&mut field).trim().to_owned());
@@ -113,15 +157,20 @@ pub(super) fn fields(text: &str) -> Result<Fields, String> {
                 let own = own.ok_or_else(|| format!("line {line} is no entry of an EDS"))?;
                 all.insert((section.clone(), own), value);
             }
-            // Also between two texts, which are one.
-            letter if letter.is_whitespace() => {}
+            // Two texts without a comma between them are one.
             letter => field.push(letter),
         }
     }
     match key {
-        Some(key) => Err(format!("the entry {} has no end", shown(&key))),
-        None => Ok(all),
+        Some(key) => Err(format!("line {last}: the entry {} has no end", shown(&key))),
+        None => Ok((all, ignored)),
     }
+}
+
+/// Whether a backslash in a text is before a quotation mark of the text. One at the end of the text is a letter: `"C:\"`.
+fn is_escape(rest: &str) -> bool {
+    let behind = rest.strip_prefix('"').map(str::trim_start);
+    behind.is_some_and(|behind| !behind.is_empty() && !behind.starts_with([',', ';']))
 }
 
 /// The texts of a parameter, and its scale.

@@ -50,7 +50,7 @@ pub fn sheet(text: &str, product: &Product) -> Result<Sheet, String> {
 }
 
 fn canopen(text: &str) -> Result<Vec<(&'static str, Value)>, String> {
-    let sections = ini::sections(text)?;
+    let (sections, _) = ini::sections(text)?;
     let entry = |section: &str, key: &str| sections.get(section)?.get(key);
     let number = |section: &str, key: &str| {
         entry(section, key).map(|text| {
@@ -75,6 +75,7 @@ fn canopen(text: &str) -> Result<Vec<(&'static str, Value)>, String> {
     }
     let serial = number("1018sub4", "parametervalue")
         .or_else(|| number("devicecomissioning", "lss_serialnumber"))
+        .or_else(|| number("devicecommissioning", "lss_serialnumber"))
         .filter(|own| *own != Ok(Value::Number(0)));
     if let Some(serial) = serial {
         values.push(("serial", serial?));
@@ -91,7 +92,7 @@ fn canopen(text: &str) -> Result<Vec<(&'static str, Value)>, String> {
 }
 
 fn devicenet_values(text: &str) -> Result<Vec<(&'static str, Value)>, String> {
-    let fields = devicenet::fields(text)?;
+    let (fields, _) = devicenet::fields(text)?;
     let entry = |key: &str| {
         let fields = fields.get(&("device".to_owned(), key.to_owned()))?;
         fields.first().filter(|text| !text.is_empty())

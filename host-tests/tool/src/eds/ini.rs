@@ -1,7 +1,6 @@
 //! The sections of a CANopen data sheet, with names in small letters, because they are compared without capitals.
 
 use super::{MOST, too_many};
-use ini::{Ini, ParseOption};
 use std::collections::HashMap;
 
 /// The longest line in bytes. One of CiA 306 has 255.
@@ -28,11 +27,15 @@ impl Section {
     }
 }
 
-/// The sections by name. If a name is there twice, the last one counts, as its keys do.
+/// The sections by name.
+pub type Sections = HashMap<String, Section>;
+
+/// The sections, and the lines that are neither a section, a key nor a comment. Such a line costs only itself. If a name is there twice,
+/// the last one counts, as its keys do.
 ///
 /// # Errors
-/// One sentence with the line that cannot be read.
-pub fn sections(text: &str) -> Result<HashMap<String, Section>, String> {
+/// One sentence with the line that cannot be read. The keys behind a damaged name of a section would belong to the section before.
+pub fn sections(text: &str) -> Result<(Sections, Vec<usize>), String> {
     if let Some(place) = text.lines().position(|line| line.len() > LONGEST) {
         return Err(format!("line {} is too long", place + 1));
     }
@@ -40,23 +43,28 @@ pub fn sections(text: &str) -> Result<HashMap<String, Section>, String> {
     if text.lines().filter(is_section).count() > MOST_SECTIONS {
         return Err(too_many());
     }
-    let option = ParseOption {
-        enabled_quote: false,
-        enabled_escape: false,
-        ..ParseOption::default()
-    };
-    let ini = Ini::load_from_str_opt(text, option)
-        .map_err(|error| format!("line {} is not a valid line of an EDS", error.line))?;
     let small = |text: &str| text.trim().to_ascii_lowercase();
-    let mut sections: HashMap<String, Section> = HashMap::new();
-    for (name, properties) in ini.iter() {
-        let section = sections.entry(small(name.unwrap_or_default())).or_default();
-        let keys = properties.iter();
-        section
-            .0
-            .extend(keys.map(|(key, value)| (small(key), value.to_owned())));
+    let mut sections = Sections::new();
+    let mut ignored = Vec::new();
+    let mut current = String::new();
+    for (place, line) in text.lines().enumerate() {
+        let line = line.trim();
+        let damaged = || format!("line {} is not a valid line of an EDS", place + 1);
+        if line.is_empty() || line.starts_with([';', '#']) {
+        } else if let Some(rest) = line.strip_prefix('[') {
+            let (name, _) = rest.split_once(']').ok_or_else(damaged)?;
+            current = small(name);
+            sections.entry(current.clone()).or_default();
+        } else if let Some((key, value)) = line.split_once('=') {
+            let section = sections.entry(current.clone()).or_default();
+            section.0.insert(small(key), value.trim().to_owned());
+        } else if line.contains(['[', ']']) {
+            return Err(damaged());
+        } else {
+            ignored.push(place + 1);
+        }
     }
-    Ok(sections)
+    Ok((sections, ignored))
 }
 
 /// An integer: decimal, hexadecimal with `0x`, octal with a leading 0.

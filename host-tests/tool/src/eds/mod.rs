@@ -60,6 +60,8 @@ pub struct DataSheet {
     pub angles: Vec<Entry>,
     /// The entries that are left out.
     pub left_out: usize,
+    /// The lines that are no part of a data sheet.
+    pub ignored: Vec<usize>,
 }
 
 /// The parts of a sheet, from either format.
@@ -70,6 +72,7 @@ struct Parts {
     identity: [Option<u32>; 2],
     rows: Vec<Draft>,
     left_out: usize,
+    ignored: Vec<usize>,
 }
 
 /// A row whose texts have no owner yet.
@@ -153,11 +156,23 @@ fn parse_among(kept: &mut Vec<Sheet>, bytes: &[u8]) -> Result<Sheet, String> {
     Ok(sheet)
 }
 
+/// The text without byte order marks, which a joined file also has in the middle: UTF-8, UTF-16 with a mark at its beginning, else Latin-1.
 fn text_of(bytes: &[u8]) -> String {
-    match std::str::from_utf8(bytes) {
-        Ok(text) => text.trim_start_matches('\u{FEFF}').to_owned(),
-        Err(_) => bytes.iter().copied().map(char::from).collect(),
-    }
+    let unit: fn([u8; 2]) -> u16 = match bytes {
+        [0xFF, 0xFE, ..] => u16::from_le_bytes,
+        [0xFE, 0xFF, ..] => u16::from_be_bytes,
+        _ => {
+            let latin = || bytes.iter().copied().map(char::from).collect::<String>();
+            let text = str::from_utf8(bytes).map_or_else(|_| latin(), str::to_owned);
+            return text
+                .replace('\u{FEFF}', "")
+                .replace("\u{EF}\u{BB}\u{BF}", "");
+        }
+    };
+    let units = bytes.as_chunks().0.iter().map(|pair| unit(*pair));
+    let letters = char::decode_utf16(units);
+    let letters = letters.map(|letter| letter.unwrap_or(char::REPLACEMENT_CHARACTER));
+    letters.filter(|letter| *letter != '\u{FEFF}').collect()
 }
 
 /// The parts of a file with entries.
@@ -197,6 +212,7 @@ fn sheet(text: String, parts: Parts) -> Sheet {
             identity: parts.identity,
             angles,
             left_out: parts.left_out,
+            ignored: parts.ignored,
         }),
     }
 }
@@ -299,8 +315,17 @@ pub fn check(session: &mut Session, terminal: &mut Terminal) -> Result<(), Failu
     };
     if data_sheet.left_out > 0 {
         terminal.note(format!(
-            "{} entries of the data sheet have types that plumbline does not show",
+            "{} entries of the data sheet have types that plumbline does not show, or no object that they belong to",
             data_sheet.left_out
+        ));
+    }
+    if let [first, more @ ..] = &data_sheet.ignored[..] {
+        let more = match more.len() {
+            0 => String::new(),
+            more => format!(" (and {more} more)"),
+        };
+        terminal.note(format!(
+            "line {first}{more} of the data sheet is no section, entry or comment and is ignored"
         ));
     }
     let mut doubts = Vec::new();

@@ -4,6 +4,7 @@ use plumbline::model::catalog::find;
 use plumbline::param::Permitted;
 
 mod bounds;
+mod damaged;
 mod hostile;
 mod identity;
 mod scales;
@@ -128,7 +129,7 @@ fn numbers_are_decimal_hexadecimal_or_octal_and_signed_ones_can_be_bytes() {
 fn text_that_is_no_data_sheet_is_refused_with_a_reason() {
     for (text, reason) in [
         ("", "no entry"),
-        ("[2000]\nParameterName\n", "line 3"),
+        ("[2000\nParameterName=x\n", "line 1"),
         ("[sensor]\nproduct = \"is2\"\n", "no entry"),
         ("[2000]\nDataType=99\nAccessType=rw\n", "no entry"),
         ("[2000]\nDataType=7\nAccessType=maybe\n", "no entry"),
