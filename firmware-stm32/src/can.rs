@@ -147,7 +147,8 @@ pub struct Bus {
 impl Bus {
     /// Takes the controller and keeps it in sleep mode, off the bus. None on a second call.
     pub fn new(peripheral: CanPeripheral) -> Option<&'static mut Self> {
-        // The change from sleep to initialization mode and back is independent of the bus, so the wait always ends.
+        // The change from sleep to initialization mode and back is independent of the bus. A dead controller does not acknowledge it; then
+        // the watchdog, which runs since the start of the boot, ends the wait.
         let can = bxcan::Can::builder(Controller(peripheral)).leave_disabled();
         unmask_interrupts();
         singleton!(: Bus = Bus {

@@ -94,6 +94,28 @@ pub fn reset_of_controller_can_take_any_time() {
     }
 }
 
+/// The boot waits without a limit for initialization mode, so the watchdog must run before.
+#[test]
+pub fn controller_that_acknowledges_no_mode_leads_to_resets_by_the_watchdog() {
+    let mut rig = Rig::with("is2", BusRate::Fixed(RATE), fixed("is2", RATE));
+    rig.io().0.can.set_silicon(Silicon {
+        mode: u32::MAX,
+        ..silicon().can
+    });
+    for resets in 2..4 {
+        rig.expect_reset(ResetCause::Watchdog);
+        rig.wait_until(1000, 4_000, |rig| {
+            rig.microcontroller().resets().len() == resets
+        });
+        rig.assert_safe_at_reset();
+    }
+    assert_eq!(rig.frames(), []);
+    // A part that works again is used again.
+    rig.io().0.can.set_silicon(silicon().can);
+    rig.boot_up();
+    rig.poll();
+}
+
 #[test]
 fn changes_of_mode_can_take_any_time() {
     for mode in [0, 1, 100, 40_000, 320_000] {

@@ -33,7 +33,8 @@ pub enum ResetTime {
 pub struct Silicon {
     /// The time of a reset by CAN_MCR.RESET.
     pub reset: ResetTime,
-    /// The time until initialization or sleep mode is acknowledged, in cycles of PCLK1. The end of a frame comes first.
+    /// The time until initialization or sleep mode is acknowledged, in cycles of PCLK1. The end of a frame comes first. With `u32::MAX`
+    /// none is acknowledged: the time is longer than two minutes.
     pub mode: u32,
     /// The time until a mailbox is released, in cycles of PCLK1.
     pub release: u32,
@@ -73,7 +74,8 @@ impl Silicon {
 
 /// The time of a number of cycles of a clock.
 pub(super) fn time(cycles: u32, clock: u32) -> Picoseconds {
-    u64::from(cycles) * PICOSECONDS_PER_SECOND / u64::from(clock)
+    let product = u128::from(cycles) * u128::from(PICOSECONDS_PER_SECOND);
+    (product / u128::from(clock)) as u64
 }
 
 /// A reset by CAN_MCR.RESET that has not ended.
