@@ -6,6 +6,7 @@ also! {
     accelerometer:
         accelerometer_failure_is_reported_within_200_ms_and_cleared_after_recovery;
     boot:
+        first_frame_is_sent_with_first_reading,
         cause_of_the_last_reset_is_kept,
         module_leds_are_outputs_and_off;
     clock:
