@@ -122,7 +122,7 @@ impl Board {
         let (mut core, device) =
             unsafe { (cortex_m::Peripherals::steal(), pac::Peripherals::steal()) };
 
-        set_up_debugging(&device.DBGMCU);
+        set_up_debugging();
         note_reset(&device.RCC);
         log_silicon(core.CPUID.base.read(), device.DBGMCU.idcode().read().bits());
         let mut watchdog = Watchdog::new(device.IWDG);
@@ -209,7 +209,11 @@ impl Board {
 }
 
 /// The clocks of the debug port run in sleep and stop mode. While a debugger halts the core, the watchdog and the timer of the heater stop.
-fn set_up_debugging(debug: &pac::DBGMCU) {
+///
+/// Call it also while the program runs: on an STM32F103 a write can have no effect without a debugger, and one can connect later.
+pub fn set_up_debugging() {
+    // SAFETY: this is the only code that writes these registers.
+    let debug = unsafe { pac::DBGMCU::steal() };
     debug.cr().write(|w| {
         w.dbg_sleep().set_bit().dbg_stop().set_bit();
         w.dbg_standby().set_bit()

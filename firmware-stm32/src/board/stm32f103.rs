@@ -79,7 +79,7 @@ impl Board {
         let (mut core, device) =
             unsafe { (cortex_m::Peripherals::steal(), pac::Peripherals::steal()) };
 
-        set_up_debugging(&device.DBGMCU);
+        set_up_debugging();
         note_reset(&device.RCC);
         log_silicon(core.CPUID.base.read(), device.DBGMCU.idcode().read().bits());
         start_watchdog(&device.IWDG);
@@ -112,7 +112,11 @@ impl Board {
 ///
 /// The register is written whole. A program reads it as 0 (errata sheet ES096), so a change of single bits would clear those that a
 /// debugger has set.
-fn set_up_debugging(debug: &pac::DBGMCU) {
+///
+/// Call it also while the program runs: on an STM32F103 a write can have no effect without a debugger, and one can connect later.
+pub fn set_up_debugging() {
+    // SAFETY: this is the only code that writes these registers.
+    let debug = unsafe { pac::DBGMCU::steal() };
     debug.cr().write(|w| {
         w.dbg_sleep().set_bit().dbg_stop().set_bit();
         w.dbg_standby().set_bit();

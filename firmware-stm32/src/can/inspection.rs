@@ -29,6 +29,7 @@ impl Bus {
         self.inspection = after(now, PERIOD);
         let restored = self.configuration.restore();
         unmask_interrupts();
+        board::set_up_debugging();
         let Some(settings) = self.settings else {
             return;
         };

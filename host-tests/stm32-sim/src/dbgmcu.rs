@@ -1,8 +1,9 @@
 //! Debug support (RM0008, section 31.16; RM0390, section 33.16): the selection of the peripherals that stop while a debugger halts the
 //! processor.
 //!
-//! On the STM32F103 only the debugger can read DBGMCU_IDCODE and DBGMCU_CR; a program reads 0 (errata ES096, "Debug registers
-//! cannot be read by user software"). A power-on reset clears the registers, a system reset does not.
+//! On the STM32F103 a program can use DBGMCU_CR only while a debugger is connected (ES096, "Debug registers cannot be read by user
+//! software", and ST's stm32f1xx_hal.c). Otherwise DBGMCU_IDCODE and DBGMCU_CR read 0, and in this model a write has no effect. A
+//! power-on reset clears the registers, a system reset does not.
 
 use super::chip::Chip;
 use super::io::AccessError;
@@ -21,8 +22,12 @@ pub struct Dbgmcu {
     chip: Chip,
     /// DBGMCU_IDCODE: device and revision.
     identity: u32,
-    /// A program can read the registers.
+    /// A program can read the registers without a debugger.
     reads: bool,
+    /// A program can write the registers without a debugger.
+    writes: bool,
+    /// A debugger is connected.
+    connected: bool,
     /// DBGMCU_CR, and on the STM32F446 DBGMCU_APB1_FZ and DBGMCU_APB2_FZ.
     registers: [u32; 3],
 }
@@ -34,6 +39,8 @@ impl Dbgmcu {
             chip,
             identity: 0,
             reads: false,
+            writes: false,
+            connected: false,
             registers: [0; 3],
         }
     }
@@ -46,6 +53,17 @@ impl Dbgmcu {
     /// Selects the behaviour in which chips differ.
     pub fn set_silicon(&mut self, silicon: &Silicon) {
         (self.identity, self.reads) = (silicon.identity, silicon.debug_reads);
+        self.writes = silicon.debug_writes;
+    }
+
+    /// Connects a debugger.
+    pub fn connect(&mut self) {
+        self.connected = true;
+    }
+
+    /// True while a debugger is connected.
+    pub fn is_connected(&self) -> bool {
+        self.connected
     }
 
     /// True if the clocks of the debug port run in sleep mode.
@@ -76,13 +94,18 @@ impl Dbgmcu {
             (_, 0x04) | (Chip::F446, 0x08 | 0x0C) => self.registers[offset as usize / 4 - 1],
             _ => return Err(AccessError::Unmapped),
         };
-        Ok(if self.reads { value } else { 0 })
+        Ok(if self.reads || self.connected {
+            value
+        } else {
+            0
+        })
     }
 
     /// Writes the register at `offset`.
     pub fn write(&mut self, offset: u32, value: u32) -> Result<(), AccessError> {
         match (self.chip, offset) {
             (_, 0x00) => return Err(AccessError::Refused("DBGMCU_IDCODE is read-only")),
+            (_, 0x04) | (Chip::F446, 0x08 | 0x0C) if !self.writes && !self.connected => {}
             (_, 0x04) | (Chip::F446, 0x08 | 0x0C) => {
                 let number = offset as usize / 4 - 1;
                 let bits = match self.chip {

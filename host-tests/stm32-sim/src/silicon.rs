@@ -2,9 +2,9 @@
 //!
 //! | | CODE | CAN2SB | FLASH_CR.LOCK | CPUID | DBGMCU | wait states | flash |
 //! |---|---|---|---|---|---|---|---|
-//! | [`genuine`](Silicon::genuine) STM32F103C8 | works | fixed | works | r1p1 | reads 0 | as set | 64 KiB |
+//! | [`genuine`](Silicon::genuine) STM32F103C8 | works | fixed | works | r1p1 | with a debugger | as set | 64 KiB |
 //! | [`gd32`](Silicon::gd32): GD32F103C8 | 0 | fixed | works | r2p1 | works | none | 64 KiB, which are 128 |
-//! | [`worst`](Silicon::worst) | 0 | 0 | reads 0 | r2p1 | reads 0 | as set | 64 KiB |
+//! | [`worst`](Silicon::worst) | 0 | 0 | reads 0 | r2p1 | with a debugger | as set | 64 KiB |
 //!
 //! A program that works on the worst microcontroller works on the others. Sources: katapult, issue 11 (GD32F103, CODE); STM32_CAN, issue 54
 //! (CS32F103, CODE); stlink, issues 756 and 805 (debug port of a Cortex-M3 r2p1, flash of 128 KiB); rusefi-hardware, issue 127 (revisions
@@ -37,8 +37,10 @@ pub struct Silicon {
     pub restarts_loads: bool,
     /// DBGMCU_IDCODE, with the device and its revision.
     pub identity: u32,
-    /// A program can read DBGMCU; otherwise it reads 0.
+    /// A program can read DBGMCU; otherwise it reads 0 unless a debugger is connected.
     pub debug_reads: bool,
+    /// A program can write DBGMCU; otherwise a write has no effect unless a debugger is connected.
+    pub debug_writes: bool,
     /// The flash has the wait states of FLASH_ACR; otherwise none.
     pub waits: bool,
     /// The flash in bytes. The electronic signature contains the size that the data sheet states.
@@ -59,6 +61,7 @@ impl Silicon {
                 Chip::F446 => STM32F446,
             },
             debug_reads: chip == Chip::F446,
+            debug_writes: chip == Chip::F446,
             waits: true,
             flash: board.facts().flash,
         }
@@ -75,6 +78,7 @@ impl Silicon {
             processor: M3_R2P1,
             identity: GD32F103,
             debug_reads: true,
+            debug_writes: true,
             waits: false,
             flash: 2 * genuine.flash,
             ..genuine

@@ -274,6 +274,8 @@ pub fn heater_is_off_while_a_debugger_halts_the_processor() {
     let mut rig = Rig::booted("is2tk", BitRate::K50);
     rig.run(500);
     assert!(rig.microcontroller().heater() > 0);
+    rig.microcontroller_mut().probe_connect();
+    rig.run(200);
     rig.microcontroller_mut().halt();
     assert_eq!(rig.microcontroller().heater(), 0);
     rig.run(10_000);

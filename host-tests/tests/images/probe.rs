@@ -16,13 +16,18 @@ fn elf_with_log() -> Vec<u8> {
     std::fs::read(&built["is2"]).expect("the image can be read")
 }
 
-/// Runs the program with the log for 200 ms, then until the processor sleeps, and reads the log.
+/// The longest time in ms from the connection of a probe until it can read a sensor that sleeps.
+const CONNECTION: u64 = 200;
+
+/// Runs the program with the log for 200 ms, connects a probe, then runs until the processor sleeps, and reads the log.
 fn log(elf: &[u8], silicon: &Silicon) -> (Rig, Vec<Message>) {
     let image = Rc::new(Image::parse(elf).expect("an ELF file"));
     let memory = fixed("is2", BitRate::M1);
     let sensor = Microcontroller::new("is2", image, SERIAL, memory, tilt("is2", 10.0, 5.0));
     let mut rig = Rig::of(sensor.with_silicon(silicon).quiet(), BitRate::M1);
     rig.run(200);
+    rig.microcontroller_mut().probe_connect();
+    rig.run(CONNECTION);
     rig.wait_until(1, 10, |rig| rig.microcontroller().core().is_asleep());
     let log = rtt::read(rig.microcontroller(), elf).expect("the probe reads the RAM");
     rig.frames();

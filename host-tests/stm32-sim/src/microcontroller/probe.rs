@@ -10,11 +10,16 @@ use can_wire::protocol::Picoseconds;
 use std::rc::Rc;
 
 impl Microcontroller {
+    /// Connects the probe, which other functions of it need.
+    pub fn probe_connect(&mut self) {
+        self.io.dbgmcu.connect();
+    }
+
     /// True if the probe reaches the memories.
     fn answers_probe(&self) -> bool {
         let io = &self.io;
         let has_clock = io.rcc.is_clocked(io.chip().dma()) && io.dbgmcu.runs_in_sleep();
-        self.on && (self.halted || !self.core.is_asleep() || has_clock)
+        self.on && io.dbgmcu.is_connected() && (self.halted || !self.core.is_asleep() || has_clock)
     }
 
     /// Reads flash or RAM. None if the probe does not reach it.
