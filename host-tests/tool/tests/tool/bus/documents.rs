@@ -28,8 +28,11 @@ fn documents(product: &str, before: &[&str], commands: &[&str]) -> String {
         let ended = rig.tool(&format!("--json {named}"));
         shown.push_str(&format!("$ {command} => {}\n", ended.code));
         for line in ended.out.lines() {
-            let line = line.replace(&csv.display().to_string(), "CSV");
-            let line = line.replace(&path.display().to_string(), "FILE");
+            let dcf = path.with_extension("dcf");
+            let files = [(&csv, "CSV"), (&path, "FILE"), (&dcf, "DCF")];
+            let line = files.iter().fold(line.to_owned(), |line, (path, name)| {
+                line.replace(&path.display().to_string(), name)
+            });
             let document: Value =
                 serde_json::from_str(&line).unwrap_or_else(|error| panic!("{error}: {line}"));
             let rows = match document {
