@@ -83,6 +83,8 @@ const THREE_WIRES: u8 = 1 << 3;
 const BDU: u8 = 1 << 6;
 const BOOT: u8 = 1 << 7;
 
+/// The data rate in CTRL2_G; 0 is power-down, which must come before a software reset (AN5398, section 5.8).
+const GYROSCOPE_RATE: u8 = 0xF0;
 /// The self-test of the gyroscope in CTRL5_C.
 const GYROSCOPE_SELF_TEST: u8 = 0b11 << 2;
 /// I2C_disable in CTRL4_C.
@@ -124,8 +126,8 @@ pub struct Ism330dhcx {
     /// The end of a reboot of the trimming.
     boot_until: Option<Picoseconds>,
     unmodelled: Vec<u8>,
-    /// A register was written during the boot.
-    disturbed: bool,
+    /// What the program did and the manual does not permit.
+    complaint: Option<&'static str>,
 }
 
 impl fmt::Debug for Ism330dhcx {
@@ -171,7 +173,7 @@ impl Ism330dhcx {
             reset_until: None,
             boot_until: None,
             unmodelled: Vec::new(),
-            disturbed: false,
+            complaint: None,
         }
     }
 
@@ -232,9 +234,9 @@ impl Ism330dhcx {
         self.unmodelled.pop()
     }
 
-    /// True once after a register was written during the boot of the part.
-    pub fn take_disturbed(&mut self) -> bool {
-        std::mem::take(&mut self.disturbed)
+    /// What the program did since the last call and the manual does not permit.
+    pub fn take_complaint(&mut self) -> Option<&'static str> {
+        self.complaint.take()
     }
 
     fn answers(&self, now: Picoseconds) -> bool {
@@ -325,6 +327,9 @@ impl Ism330dhcx {
             CTRL2_G => self.sampling.set_up_gyroscope(now, value),
             CTRL3_C => {
                 if value & SW_RESET != 0 {
+                    if gyroscope & GYROSCOPE_RATE != 0 {
+                        self.complaint = Some("software reset while the gyroscope runs");
+                    }
                     self.reset_until.get_or_insert(now + RESET_TIME);
                 }
                 if value & BOOT != 0 {
@@ -366,7 +371,9 @@ impl SpiPart for Ism330dhcx {
         if !self.answers(now) {
             let begins = std::mem::replace(&mut self.transfer, Transfer::Idle) == Transfer::Address;
             let boots = self.mounted && now < self.booted;
-            self.disturbed |= begins && boots && byte & 0x80 == 0;
+            if begins && boots && byte & 0x80 == 0 {
+                self.complaint = Some("written during its boot");
+            }
             return match self.fault(now) {
                 Fault::Silent(byte) if self.mounted => byte,
                 _ => NOTHING,

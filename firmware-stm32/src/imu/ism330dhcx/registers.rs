@@ -33,6 +33,8 @@ impl<const TESTS: usize, const GYROSCOPES: usize> Ism330dhcx<TESTS, GYROSCOPES> 
                 _ => return Err(Trouble::Identity),
             }
         }
+        // The gyroscope must be in power-down before a reset (AN5398, section 5.8). After a disturbance it can run in any product.
+        self.write(Reg::Ctrl2G, 0)?;
         let reset = Ctrl3C::new().with_sw_reset(1);
         self.write(Reg::Ctrl3C, reset.into_bits())?;
         let mut attempts = 0;

@@ -385,16 +385,3 @@ fn access_not_modelled_is_recorded() {
     bench.write(0x0F, &[0x00]);
     assert_eq!(bench.part.take_unmodelled(), Some(0x0F));
 }
-
-#[test]
-fn write_during_boot_is_recorded() {
-    let mut bench = Bench::new();
-    bench.now = 9 * MILLISECOND;
-    bench.read::<1>(WHO_AM_I);
-    assert!(!bench.part.take_disturbed());
-    bench.write(FUNC_CFG_ACCESS, &[0]);
-    assert!(bench.part.take_disturbed());
-    bench.now = 10 * MILLISECOND;
-    bench.write(FUNC_CFG_ACCESS, &[0]);
-    assert!(!bench.part.take_disturbed());
-}

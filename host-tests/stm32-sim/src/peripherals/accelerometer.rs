@@ -65,9 +65,9 @@ impl Peripherals {
             self.violations
                 .add(format!("ADXL355 {register:02X}h"), reason);
         }
-        let disturbed = self.imu.take_disturbed();
-        self.violations
-            .check(disturbed, "ISM330DHCX", "written during its boot");
+        if let Some(reason) = self.imu.take_complaint() {
+            self.violations.add("ISM330DHCX", reason);
+        }
     }
 
     /// Changes the pins and reports the chip select, which has a pull-up, to the accelerometer.

@@ -120,3 +120,28 @@ fn siblings_have_the_identifier_and_differ_as_in_their_headers() {
         assert_eq!(banks, sibling != Sibling::Asm330lhh);
     }
 }
+
+#[test]
+fn write_during_boot_is_recorded() {
+    let mut bench = Bench::new();
+    bench.now = 9 * MILLISECOND;
+    bench.read::<1>(WHO_AM_I);
+    assert_eq!(bench.part.take_complaint(), None);
+    bench.write(FUNC_CFG_ACCESS, &[0]);
+    assert!(bench.part.take_complaint().is_some());
+    bench.now = 10 * MILLISECOND;
+    bench.write(FUNC_CFG_ACCESS, &[0]);
+    assert_eq!(bench.part.take_complaint(), None);
+}
+
+#[test]
+fn software_reset_while_the_gyroscope_runs_is_recorded() {
+    // Power-down with another range, then 833 Hz.
+    for (gyroscope, complains) in [(0x08, false), (0x78, true)] {
+        let mut bench = Bench::new();
+        bench.write(CTRL2_G, &[gyroscope]);
+        bench.write(CTRL3_C, &[SW_RESET]);
+        assert_eq!(bench.part.take_complaint().is_some(), complains);
+        assert_eq!(bench.part.take_complaint(), None);
+    }
+}
