@@ -3,7 +3,7 @@
 use crate::board::registers::Register;
 
 /// The registers of the [`Configuration`](crate::board::Configuration).
-pub(in crate::board) const REGISTERS: [Register; 32] = [
+pub(in crate::board) const REGISTERS: [Register; 33] = [
     // RCC: the resets of AHB1, APB1 and APB2, the enables, the oscillators without their ready flags, the clock tree without SWS. The main
     // loop switches TIM4 on.
     Register::new(0x4002_3810, !0),
@@ -18,6 +18,8 @@ pub(in crate::board) const REGISTERS: [Register; 32] = [
     Register::new(0x4002_3864, !0),
     Register::new(0x4002_3800, 0x010D_00F9),
     Register::new(0x4002_3808, !0b1100),
+    // RCC_DCKCFGR: TIMPRE, which selects the clock of the timers.
+    Register::new(0x4002_388C, 1 << 24),
     // FLASH_ACR.
     Register::new(0x4002_3C00, 0x70F),
     // PWR_CR: the voltage detector.
