@@ -20,6 +20,13 @@ import { onLanguage, t } from "./texts.js";
 /** @type {File | null} */
 let file = null;
 let isDirty = false;
+/** The inputs that were refused, with the reason: they are not in the file. @type {Map<string, {value: string, why: string}>} */
+const refused = new Map();
+
+/** The input of a value that was refused. @param {string} name */
+export function refusal(name) {
+  return refused.get(name);
+}
 
 /** @returns {File | null} */
 export function current() {
@@ -48,8 +55,14 @@ function stores() {
   return state.device?.protocol !== "devicenet";
 }
 
-/** @param {any} next @param {string} name @param {boolean} changed */
+/** Another file. @param {any} next @param {string} name @param {boolean} changed */
 function take(next, name, changed) {
+  refused.clear();
+  put(next, name, changed);
+}
+
+/** @param {any} next @param {string} name @param {boolean} changed */
+function put(next, name, changed) {
   file = { ...next, name };
   isDirty = changed;
   emit("file", file);
@@ -58,7 +71,7 @@ function take(next, name, changed) {
 
 /** Whether the file can be replaced. */
 async function mayReplace() {
-  if (!isDirty) return true;
+  if (!isDirty && refused.size === 0) return true;
   return (await ask({ title: t("lose-title"), text: t("lose-text"), yes: t("replace") })) !== null;
 }
 
@@ -101,11 +114,32 @@ function save() {
   show();
 }
 
-/** Changes a value of the file. @param {string} name @param {string} value */
+/** Changes a value of the file. An input that is refused is kept. @param {string} name @param {string} value */
 export async function change(name, value) {
+  await tryChange(name, value);
+  if (refused.has(name)) return;
+  // An input that did not fit the value before can fit this one.
+  for (const [other, input] of [...refused]) await tryChange(other, input.value);
+}
+
+/** @param {string} name @param {string} value */
+async function tryChange(name, value) {
+  try {
+    await send(name, value);
+  } catch (error) {
+    refused.set(name, { value, why: /** @type {Error} */ (error).message });
+    emit("file", file);
+    show();
+  }
+}
+
+/** @param {string} name @param {string} value */
+async function send(name, value) {
   if (!file) return;
   const { device } = state;
-  take(await post("api/file/set", { text: file.text, name, value, file: file.name, sheet: device?.product === file.product ? device.sheet : file.sheet }), file.name ?? "sensor.toml", true);
+  const next = await post("api/file/set", { text: file.text, name, value, file: file.name, sheet: device?.product === file.product ? device.sheet : file.sheet });
+  refused.delete(name);
+  put(next, file.name ?? "sensor.toml", true);
 }
 
 async function restore() {
@@ -140,13 +174,14 @@ function show() {
     else if (product !== file.product) text = t("file-other", name, file.product, product);
     else text = t("file-is", name, file.product, differences().length);
     if (isDirty) text += ` ${t("file-dirty")}`;
+    if (refused.size > 0) text += ` ${t("file-refused", [...refused.keys()].join(", "))}`;
   }
   if (place.textContent !== text) place.textContent = text;
   element("backup").disabled = !isReady();
   element("read").disabled = !isReady();
   const canWrite = product !== undefined && product === file?.product && (stores() || differences().length > 0 || label() !== null);
-  element("restore").disabled = !isReady() || !canWrite;
-  element("download").disabled = file === null;
+  element("restore").disabled = !isReady() || !canWrite || refused.size > 0;
+  element("download").disabled = file === null || refused.size > 0;
 }
 
 /** Starts the buttons of the file. */
@@ -157,7 +192,7 @@ export function start() {
   element("file").addEventListener("change", () => attempt(open));
   element("download").addEventListener("click", save);
   element("new-file").addEventListener("click", () => attempt(create));
-  addEventListener("beforeunload", (event) => { if (isDirty) event.preventDefault(); });
+  addEventListener("beforeunload", (event) => { if (isDirty || refused.size > 0) event.preventDefault(); });
   for (const kind of ["status", "device", "values"]) on(kind, show);
   onLanguage(show);
 }

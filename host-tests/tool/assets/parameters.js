@@ -3,7 +3,7 @@
 import { which } from "./actions.js";
 import { get, post } from "./api.js";
 import { ask } from "./dialog.js";
-import { change, current, differences } from "./document.js";
+import { change, current, differences, refusal } from "./document.js";
 import { attempt, choice, element, fail, isReady, make, on, sensor, shown, state } from "./state.js";
 import { onLanguage, t } from "./texts.js";
 
@@ -89,14 +89,7 @@ function input(entry, wrong) {
   field.id = `file-${entry.name}`;
   field.setAttribute("aria-label", t("file-value", entry.name));
   field.setAttribute("aria-describedby", wrong.id);
-  field.addEventListener("change", async () => {
-    try {
-      await change(entry.name, field.value);
-    } catch (error) {
-      wrong.textContent = /** @type {Error} */ (error).message;
-      field.setAttribute("aria-invalid", "true");
-    }
-  });
+  field.addEventListener("change", () => change(entry.name, field.value));
   return field;
 }
 
@@ -147,16 +140,18 @@ function show() {
     if (field) {
       const value = fits ? file.values[entry.name] : undefined;
       field.disabled = !fits;
-      if (document.activeElement !== field || field.getAttribute("aria-invalid") === null) {
-        const own = value === undefined ? "" : field instanceof HTMLSelectElement ? choice(entry.choices, value) : shown(value);
-        if (field.value !== own) field.value = own;
-      }
+      const input = fits ? refusal(entry.name) : undefined;
+      const own = value === undefined ? "" : field instanceof HTMLSelectElement ? choice(entry.choices, value) : shown(value);
+      const kept = input?.value ?? own;
+      if (field.value !== kept) field.value = kept;
+      if (input) field.setAttribute("aria-invalid", "true"); else field.removeAttribute("aria-invalid");
+      const why = input?.why ?? "";
+      if (wrong.textContent !== why) wrong.textContent = why;
     }
     line.classList.toggle("differs", differing.has(entry.name));
     mark.textContent = differing.has(entry.name) ? "≠" : "";
     const isWanted = `${entry.name} ${entry.title}`.toLowerCase().includes(search) && (!only || differing.has(entry.name));
     line.hidden = !isWanted;
-    if (!field?.hasAttribute("aria-invalid") && wrong.textContent) wrong.textContent = "";
   }
   const isShown = rows.some(({ line }) => !line.hidden);
   const empty = element("parameters-empty");
@@ -170,13 +165,7 @@ function show() {
 export function start() {
   // A message stays until the next action of the user.
   on("device", () => load().catch(fail));
-  on("file", () => {
-    for (const { file: field, wrong } of rows) {
-      field?.removeAttribute("aria-invalid");
-      wrong.textContent = "";
-    }
-    load().catch(fail);
-  });
+  on("file", () => load().catch(fail));
   on("values", show);
   setInterval(showAngles, PAUSE);
   let ready = false;

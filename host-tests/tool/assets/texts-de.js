@@ -120,6 +120,7 @@ export const de = {
   "file-offline": "Datei: {0} ({1}). Kein Sensor ist verbunden: Ändern Sie die Werte, dann sichern Sie die Datei.",
   "file-other": "Datei: {0} ({1}). Der Sensor ist {2}, deshalb kann sie nicht geschrieben werden: Öffnen Sie eine Datei von {2}, oder drücken Sie Sensor in Datei.",
   "file-dirty": "Noch nicht gesichert.",
+  "file-refused": "Mit einem abgelehnten Wert kann die Datei weder gesichert noch geschrieben werden: Korrigieren Sie {0}.",
   "name": "Name",
   "in-sensor": "Sensor",
   "in-file": "Datei",

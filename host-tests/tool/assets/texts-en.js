@@ -120,6 +120,7 @@ export const en = {
   "file-offline": "File: {0} ({1}). No sensor is connected: edit the values, then save the file.",
   "file-other": "File: {0} ({1}). The sensor is {2}, so it cannot be written: open a file of {2}, or press Sensor to file.",
   "file-dirty": "Not saved yet.",
+  "file-refused": "The file cannot be saved or written with a value that was refused: correct {0}.",
   "name": "Name",
   "in-sensor": "Sensor",
   "in-file": "File",

@@ -169,11 +169,26 @@ impl Backup {
         Ok(backup)
     }
 
+    /// Changes values by their names.
+    ///
+    /// # Errors
+    /// A value is not permitted, alone or together with the others.
+    pub fn change<'a>(
+        &mut self,
+        values: impl IntoIterator<Item = (&'a str, &'a str)>,
+    ) -> Result<(), Failure> {
+        for (name, text) in values {
+            self.set(name, text)?;
+        }
+        let permitted = self.constrain();
+        permitted.map_err(|why| Failure::usage("out-of-range", why))
+    }
+
     /// Checks the values against each other.
     ///
     /// # Errors
     /// The sensor would refuse the values together.
-    pub fn constrain(&self) -> Result<(), String> {
+    fn constrain(&self) -> Result<(), String> {
         let value = |id: ParameterId| {
             let mut values = self.values.iter();
             let own = values.find(|(entry, _)| entry.origin == Origin::Parameter(id));

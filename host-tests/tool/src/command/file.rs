@@ -129,11 +129,8 @@ pub(super) fn set_in_file(
     set::once_each(wanted.iter().map(|(entry, _)| *entry))?;
     // The resolution comes first: it is the unit of other values.
     wanted.sort_by_key(|(entry, _)| !sheet.is_resolution(entry));
-    for (entry, text) in &wanted {
-        backup.set(&entry.name, text)?;
-    }
-    let permitted = backup.constrain();
-    permitted.map_err(|why| Failure::usage("out-of-range", why))?;
+    let texts = wanted.iter().map(|(entry, text)| (&*entry.name, &**text));
+    backup.change(texts)?;
     backup.write(path)?;
     for (entry, _) in &wanted {
         if let Some((own, raw)) = backup.values.iter().find(|(own, _)| own.name == entry.name) {

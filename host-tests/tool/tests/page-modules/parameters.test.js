@@ -139,6 +139,36 @@ test("value_of_the_file_is_changed_by_the_server_and_refused_with_its_reason", a
   assert.deepEqual([page.text("wrong-cyclic-time"), page.element("file-cyclic-time").getAttribute("aria-invalid")], ["", null]);
 });
 
+test("value_that_is_refused_stays_in_its_field_and_the_file_is_not_saved_until_it_fits", async () => {
+  const page = await backed();
+  const why = "cut-off is at most 8000 mHz, because filter-type is critically damped";
+  const fits = file({ "cut-off": { value: 9000, unit: "mHz", raw: 9000 } });
+  let isButterworth = false;
+  page.reply("api/file/set", ({ name }) => {
+    isButterworth ||= name === "filter-type";
+    if (name === "cyclic-time") return file({ "cyclic-time": MS(100) });
+    return name === "cut-off" && !isButterworth ? new Refusal("out-of-range", why) : fits;
+  });
+  const state = () => [page.element("file-cut-off").value, page.text("wrong-cut-off"), page.element("download").disabled, page.element("restore").disabled];
+  await page.change("file-cut-off", "9000 mHz");
+  assert.deepEqual(state(), ["9000 mHz", why, true, true]);
+  assert.match(page.text("file-state"), /correct cut-off\./);
+  // Neither another value, nor news of the sensor, nor the language takes the input away.
+  await page.change("file-cyclic-time", "0.1s");
+  await page.event("values", values);
+  await page.change("language", "de");
+  assert.deepEqual(state(), ["9000 mHz", why, true, true]);
+  await page.change("file-filter-type", "Butterworth");
+  assert.deepEqual(state(), ["9000 mHz", "", false, false]);
+  assert.equal(page.element("file-cut-off").getAttribute("aria-invalid"), null);
+  // Another file has no refused value.
+  isButterworth = false;
+  await page.change("file-cut-off", "1");
+  await opened(page, file());
+  await page.yes();
+  assert.deepEqual(state().slice(1, 3), ["", false]);
+});
+
 test("checked_differences_are_written", async () => {
   const page = await connected();
   page.reply("api/backup", file({ "cyclic-time": MS(100), "filter-type": { value: "Butterworth", unit: "", raw: 1 } }));

@@ -114,7 +114,7 @@ pub(super) async fn set(State(app): State<Arc<App>>, body: Bytes) -> Answer {
 
 fn changed(set: &Set, sheets: &Sheets) -> Result<Value, Failure> {
     let mut backup = read(&set.text, sheets, set.sheet.as_deref())?;
-    backup.set(&set.name, &set.value)?;
+    backup.change([(&*set.name, &*set.value)])?;
     Ok(document(&backup, sheets))
 }
 

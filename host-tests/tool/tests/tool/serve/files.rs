@@ -38,6 +38,24 @@ fn restore_gives_the_name_of_the_sensor_only_if_the_page_says_so() {
 }
 
 #[test]
+fn value_that_does_not_fit_another_value_of_the_file_is_refused() {
+    let server = Running::new();
+    let file = server.post("/api/file", r#"{"product": "is2"}"#).json();
+    let set = |text: &Value, name: &str, value: &str| {
+        let body = json!({"text": text, "name": name, "value": value});
+        server.post("/api/file/set", &body.to_string())
+    };
+    // The filter as delivered is critically damped.
+    let refused = set(&file["text"], "cut-off", "9000 mHz");
+    assert_eq!(refused.code(), "out-of-range");
+    let butterworth = set(&file["text"], "filter-type", "Butterworth").json();
+    let changed = set(&butterworth["text"], "cut-off", "9000 mHz").json();
+    assert_eq!(changed["values"]["cut-off"]["raw"], 9000);
+    let body = json!({"text": changed["text"]}).to_string();
+    assert_eq!(server.post("/api/file", &body).status, 200);
+}
+
+#[test]
 fn file_of_a_device_belongs_to_its_data_sheet_and_not_to_a_newer_one_with_its_name() {
     let server = Running::new();
     let text = data_sheet("jn2101");
