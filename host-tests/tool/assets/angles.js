@@ -1,7 +1,7 @@
 // The large angles, and the status in words.
 
 import { element, goneText, make, on, state } from "./state.js";
-import { onLanguage, t } from "./texts.js";
+import { decimal, onLanguage, t } from "./texts.js";
 
 /** The pause between two values in ms: a person, also with a screen reader, must be able to follow. */
 const PAUSE = 400;
@@ -37,7 +37,7 @@ function build() {
 
 /** @param {number} value */
 function number(value) {
-  return Number.isFinite(value) ? value.toFixed(2) : "-";
+  return Number.isFinite(value) ? decimal(value, 2) : "-";
 }
 
 /** Old angles are not shown: the sensor does not answer, sampling is off, or the server is gone. */

@@ -1,7 +1,7 @@
 // The attitude as a box: 8 corners are turned, the faces are drawn from the back to the front.
 
 import { element, state } from "./state.js";
-import { t } from "./texts.js";
+import { decimal, onLanguage, t } from "./texts.js";
 
 const SVG = "http://www.w3.org/2000/svg";
 const [LONG, WIDE, HIGH] = [1, 0.65, 0.22];
@@ -14,8 +14,13 @@ const FACES = [
 /** The direction of view: from the front right, from above. */
 const [TURN, TILT] = [(-35 * Math.PI) / 180, (20 * Math.PI) / 180];
 
+/** The axes of a sensor with two angles, on the top of the box: name, end of the line, place of the name. @type {[string, number[], number[]][]} */
+const AXES = [["X", [1.25, 0, HIGH], [1.42, 0, HIGH]], ["Y", [0, 1.05, HIGH], [0, 1.3, HIGH]]];
+
 /** @type {SVGPolygonElement[]} */
 let polygons = [];
+/** The lines and the names of the axes. @type {any[][]} */
+let axes = [];
 let drawn = "";
 
 /** Turns a point in the plane of two axes. @param {number[]} point @param {number} one @param {number} other @param {number} angle */
@@ -71,15 +76,31 @@ export function paint(polygons, place) {
 function draw() {
   element("box").classList.toggle("old", state.angles === null);
   const angles = (state.angles ?? [0, 0]).map((angle) => (Number.isFinite(angle) ? angle : 0));
-  const key = angles.map((angle) => angle.toFixed(1)).join();
+  const key = [...angles.map((angle) => angle.toFixed(1)), state.device?.angles.length].join();
   if (key === drawn || document.hidden) return;
   drawn = key;
   paint(polygons, (corner) => project(corner, angles));
+  paintAxes(angles);
+}
+
+/** @param {number[]} angles */
+function paintAxes(angles) {
+  const isHidden = state.device !== null && state.device.angles.length !== 2;
+  AXES.forEach(([, end, place], number) => {
+    const [line, name] = axes[number];
+    const points = [[0, 0, HIGH], end, place].map((point) => project(point, angles.length === 2 ? angles : [0, 0]));
+    const [from, to, at] = points.map((point) => point.slice(0, 2).map((part) => part.toFixed(3)));
+    for (const [key, value] of [["x1", from[0]], ["y1", from[1]], ["x2", to[0]], ["y2", to[1]]]) line.setAttribute(key, value);
+    name.setAttribute("x", at[0]);
+    name.setAttribute("y", at[1]);
+    for (const part of [line, name]) part.setAttribute("visibility", isHidden ? "hidden" : "visible");
+  });
 }
 
 function label() {
   const names = state.device?.angles ?? [];
-  const parts = names.map((angle, place) => `${angle.name} ${state.angles?.[place]?.toFixed(1) ?? "-"} ${angle.unit}`);
+  const value = (/** @type {number} */ place) => (Number.isFinite(state.angles?.[place]) ? decimal(state.angles?.[place] ?? 0, 1) : "-");
+  const parts = names.map((angle, place) => `${angle.name} ${value(place)} ${angle.unit}`);
   const text = t("attitude-label", parts.join(", ") || "-");
   element("box").setAttribute("aria-label", text);
   element("box-title").textContent = text;
@@ -91,9 +112,15 @@ export function start() {
   const horizon = svg("line");
   for (const [name, value] of [["x1", "-1.6"], ["x2", "1.6"], ["y1", "0"], ["y2", "0"]]) horizon.setAttribute(name, value);
   polygons = faces();
-  box.append(horizon, ...polygons);
+  axes = AXES.map(([name], number) => {
+    const [line, text] = [svg("line"), svg("text")];
+    line.setAttribute("class", number === 0 ? "x" : "y");
+    text.textContent = name;
+    return [line, text];
+  });
+  box.append(horizon, ...polygons, ...axes.flat());
   draw();
-  label();
+  onLanguage(label);
   setInterval(draw, 50);
   setInterval(label, 1000);
 }

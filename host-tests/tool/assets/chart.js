@@ -3,7 +3,7 @@
 import { post } from "./api.js";
 import { Ring } from "./ring.js";
 import { attempt, element, on, state } from "./state.js";
-import { currentLanguage, onLanguage, t } from "./texts.js";
+import { currentLanguage, decimal, onLanguage, t } from "./texts.js";
 
 /** The samples that are kept: 10 minutes at 200 a second. */
 const KEPT = 120_000;
@@ -59,12 +59,12 @@ function build() {
     width: Math.max(place.clientWidth, 300),
     height: 300,
     pxAlign: false,
-    scales: { x: { time: false, range: () => [right() - seconds(), Math.max(right(), 1e-3)] } },
-    axes: [{ ...axis, label: `${t("time")} / s`, labelSize: 20 }, { ...axis, size: 60 }],
+    scales: { x: { time: false, range: () => [-seconds(), 0] } },
+    axes: [{ ...axis, label: `${t("time")} / s`, labelSize: 20 }, { ...axis, size: 60 }].map((own) => ({ ...own, values: written })),
     legend: { live: true },
     cursor: { drag: { x: false, y: false } },
     series: [
-      { label: `${t("time")} / s`, value: (/** @type {any} */ _, /** @type {number} */ value) => value?.toFixed(3) ?? "-" },
+      { label: `${t("time")} / s`, value: (/** @type {any} */ _, /** @type {number} */ value) => (value === null || value === undefined ? "-" : decimal(value, 3)) },
       ...angles.map((angle, number) => ({
         label: `${angle.name} / ${angle.unit}`,
         stroke: resolved(COLOURS[number % COLOURS.length]),
@@ -72,7 +72,7 @@ function build() {
         dash: number === 1 ? [8, 3] : undefined,
         points: { show: false },
         gaps: holes,
-        value: (/** @type {any} */ _, /** @type {number} */ value) => value?.toFixed(2) ?? "-",
+        value: (/** @type {any} */ _, /** @type {number} */ value) => (value === null || value === undefined ? "-" : decimal(value, 2)),
       })),
     ],
   }, view(), place);
@@ -81,15 +81,23 @@ function build() {
   canvas?.setAttribute("aria-label", t("chart-label"));
 }
 
+/** The numbers at an axis. @param {any} _ @param {number[]} numbers */
+function written(_, numbers) {
+  return numbers.map((number) => number.toLocaleString(currentLanguage(), { maximumFractionDigits: 3 }));
+}
+
 /** @param {any} plot @param {number} _series @param {number} first @param {number} last @param {any[]} known */
 function holes(plot, _series, first, last, known) {
   const [from, to] = [plot.data[0][first], plot.data[0][last]];
-  const inside = gaps.filter(([start, end]) => end > from && start < to);
+  const inside = gaps.map((gap) => gap.map((at) => at - right())).filter(([start, end]) => end > from && start < to);
   return [...known, ...inside.map((gap) => gap.map((at) => Math.round(plot.valToPos(at, "x", true))))];
 }
 
+/** The samples of the window; their times count back from the right edge. */
 function view() {
-  return ring ? ring.since(right() - seconds()) : [[], []];
+  if (!ring) return [[], []];
+  const [edge, [times, ...values]] = [right(), ring.since(right() - seconds())];
+  return [times.map((time) => time - edge), ...values];
 }
 
 function draw() {

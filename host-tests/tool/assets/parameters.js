@@ -5,7 +5,7 @@ import { get, post } from "./api.js";
 import { ask } from "./dialog.js";
 import { change, current, differences, refusal } from "./document.js";
 import { attempt, choice, element, fail, isReady, make, on, sensor, shown, state } from "./state.js";
-import { onLanguage, t } from "./texts.js";
+import { decimal, onLanguage, t } from "./texts.js";
 
 /**
  * @typedef {object} Entry
@@ -98,7 +98,7 @@ function read(entry) {
   const place = state.device?.angles.findIndex(({ name }) => name === entry.name) ?? -1;
   if (place < 0) return state.values === null ? "-" : shown(state.values[entry.name]);
   const angle = state.angles?.[place] ?? NaN;
-  return Number.isFinite(angle) ? `${angle.toFixed(2)} ${state.device?.angles[place].unit}` : "-";
+  return Number.isFinite(angle) ? `${decimal(angle, 2)} ${state.device?.angles[place].unit}` : "-";
 }
 
 function showAngles() {

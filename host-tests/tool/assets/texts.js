@@ -34,6 +34,12 @@ export function currentLanguage() {
   return language;
 }
 
+/** A number with its decimals, as the language of the page writes it. @param {number} value @param {number} digits */
+export function decimal(value, digits) {
+  const text = value.toFixed(digits);
+  return language === "de" ? text.replace(".", ",") : text;
+}
+
 /** Calls it now and after each change of the language. @param {() => void} listener */
 export function onLanguage(listener) {
   listeners.push(listener);

@@ -2,7 +2,7 @@
 
 import assert from "node:assert/strict";
 import test from "node:test";
-import { CLOSED, open, STATUS } from "./page.js";
+import { answers, CLOSED, open, STATUS } from "./page.js";
 
 const angles = (page) => [0, 1].map((number) => page.text(`angle-${number}`));
 
@@ -18,6 +18,18 @@ test("angles_have_two_decimals_and_the_unit_of_the_sensor", async () => {
   await page.samples([[0.03, null, 7]], 2);
   await page.pass(400);
   assert.deepEqual(angles(page), ["-", "7.00"]);
+});
+
+test("numbers_have_a_comma_in_german", async () => {
+  const page = await open({ language: "de-DE" });
+  await page.connected("is2");
+  await page.samples([[0, 12.5, -5]]);
+  await page.pass(1000);
+  assert.deepEqual(angles(page), ["12,50", "-5,00"]);
+  assert.match(page.text("box-title"), /angle-x 12,5 deg, angle-y -5,0 deg/);
+  const { options } = page.plots.at(-1);
+  assert.deepEqual([options.series[1].value(null, 1.5), options.series[1].value(null, null)], ["1,50", "-"]);
+  assert.deepEqual(options.axes.map((axis) => axis.values(null, [-2.5, 0])), [["-2,5", "0"], ["-2,5", "0"]]);
 });
 
 test("old_angles_are_not_shown", async () => {
@@ -125,6 +137,29 @@ test("drawing_turns_with_the_angles_and_tells_them", async () => {
     pictures.add(faces().join("/"));
   }
   assert.equal(pictures.size, 3);
+});
+
+test("drawing_names_the_axes_of_a_sensor_with_two_angles", async () => {
+  const page = await open();
+  await page.connected("is2");
+  const names = () => page.element("box").querySelectorAll("text");
+  const place = (name) => ["x", "y"].map((key) => Number(name.getAttribute(key)));
+  await page.samples([[0, 0, 0]]);
+  await page.pass(100);
+  assert.deepEqual(names().map((name) => [name.textContent, name.getAttribute("visibility")]), [["X", "visible"], ["Y", "visible"]]);
+  const level = names().map(place);
+  // A positive X lowers the X axis, a positive Y raises the Y axis; in the picture, down is positive.
+  await page.samples([[1, 20, 0]], 1);
+  await page.pass(100);
+  assert.ok(place(names()[0])[1] > level[0][1]);
+  await page.samples([[2, 0, 20]], 2);
+  await page.pass(100);
+  assert.ok(place(names()[1])[1] < level[1][1]);
+  const { angles: [angle] } = answers.devices.is2.device;
+  await page.connected("is2", { angles: [angle] });
+  await page.samples([[3, 5]], 3);
+  await page.pass(100);
+  assert.deepEqual(names().map((name) => name.getAttribute("visibility")), ["hidden", "hidden"]);
 });
 
 test("drawing_shows_a_turned_corner_at_its_place", async () => {
