@@ -1,23 +1,23 @@
-//! A product of another crate with CANopen and J1939: 2002h selects one of them, and 2003h restarts.
+//! A product of another crate with CANopen and a second protocol: 2002h selects one of them, and 2003h restarts.
+//!
+//! - [`tunnel`]: a protocol of the maker, composed outside of the crate
+//! - [`j1939`]: SAE J1939, by the node of the crate
 
-use crate::tester::Tester;
-use crate::tester::canopen::frame;
+mod j1939;
+mod tunnel;
+
 use plumbline::canopen::dictionary::{Access, Service};
 use plumbline::canopen::{
-    self, Abort, Absent, ErrorHistory, Object, Own, Scope, Text, Then, TpdoArray, profile,
+    Abort, Absent, ErrorHistory, Object, Own, Product, Scope, Text, Then, TpdoArray, profile,
 };
-use plumbline::j1939::signal::Group;
-use plumbline::j1939::{self, Sent, Timer};
-use plumbline::model::dual::DualNode;
-use plumbline::node::Boot;
-use plumbline::param::Setting;
 use plumbline::prelude::*;
 
-plumbline::ids! { ParameterId: NODE_ID, BIT_RATE, SELECTOR, ADDRESS, RATE, TPDO(4) }
+plumbline::ids! { pub ParameterId: NODE_ID, BIT_RATE, SELECTOR, ADDRESS, RATE, TPDO(4) }
 
-const SLOPE: ValueId = ValueId(0);
+pub const SLOPE: ValueId = ValueId(0);
 
-struct Mast;
+/// The tables of the product.
+pub struct Mast;
 
 impl Table for Mast {
     const PARAMETERS: &'static [Parameter] = plumbline::parameters![
@@ -34,7 +34,7 @@ impl Table for Mast {
 }
 
 /// Always 12.34 deg.
-struct Slope;
+pub struct Slope;
 
 const VALUES: Published<1> = Published::new([12_34], Faults::NONE);
 
@@ -64,7 +64,7 @@ fn restart(_: &mut Scope<Mast>, data: &[u8]) -> Result<Then, Abort> {
     }
 }
 
-impl canopen::Product for Mast {
+impl Product for Mast {
     type Application = Slope;
     type Tpdos = TpdoArray<1, 1>;
     type History = ErrorHistory<2>;
@@ -103,55 +103,4 @@ impl canopen::Product for Mast {
     const BIT_RATE: ParameterId = BIT_RATE;
     const IMAGE: ImageId = ImageId::new(0x7012);
     plumbline::project!(objects);
-}
-
-impl j1939::Product for Mast {
-    type Application = Slope;
-    type Timers = [Timer; 1];
-    const SENT: &'static [Sent<Slope>] = &[Sent {
-        pgn: 0xFF20,
-        rate: Setting::Parameter(RATE),
-        priority: Setting::Constant(6),
-        data: |_| [0xD2, 0x04, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF],
-    }];
-    const GROUPS: &'static [Group] = &[Group {
-        name: "SLOPE",
-        pgn: 0xFF20,
-        signals: &[],
-    }];
-    const ADDRESS: ParameterId = ADDRESS;
-    const NAME: [Setting; 8] = [Setting::Constant(0); 8];
-    const MAKE: &'static str = "Own";
-    const MODEL: &'static str = "Mast";
-    const VERSION: &'static str = "1.0";
-    const TYPE: &'static str = "Slope";
-    const IMAGE: ImageId = ImageId::new(0x7012);
-    plumbline::project!(groups);
-}
-
-#[test]
-fn groups_are_sent_after_the_restart_that_selects_j1939_the_claim_and_a_period() {
-    let mut t = Tester::power_up(Boot::default(), DualNode::<Mast>::new);
-    assert_eq!(t.sent_text(), ["714#00"]);
-    for text in ["614#2F02200001000000", "614#2310100173617665"] {
-        t.receive(frame(text));
-        t.wait(50);
-    }
-    t.receive(frame("614#2F03200001000000"));
-    let frames = t.wait(600);
-    let start = frames[0].0;
-    let timed = frames
-        .iter()
-        .map(|(time, frame)| (time - start, format!("{frame:?}")));
-    let expected = [
-        (0, "594#6003200000000000"),
-        (100, "18EEFF90#0102030000000000"),
-        (350, "18FECA90#00FF00000000FFFF"),
-        (450, "18FF2090#D204FFFFFFFFFFFF"),
-        (550, "18FF2090#D204FFFFFFFFFFFF"),
-    ];
-    assert_eq!(
-        timed.collect::<Vec<_>>(),
-        expected.map(|(time, text)| (time, text.to_string()))
-    );
 }
