@@ -8,12 +8,18 @@ use std::process::{Command, Output};
 use std::sync::OnceLock;
 use virtual_sensor::server::Clock;
 
+/// The file of the library on Linux.
+const LIBRARY: &str = "libpcanbasic.so";
+
 /// The folder with the library, which is compiled once.
 fn folder() -> &'static Path {
     static FOLDER: OnceLock<PathBuf> = OnceLock::new();
     FOLDER.get_or_init(|| {
-        let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("pcan");
+        let parent = Path::new(env!("CARGO_TARGET_TMPDIR"));
+        let folder = parent.join("pcan");
         std::fs::create_dir_all(&folder).expect("a folder");
+        // Another run of the tests can use the library now: the new one takes its place in one step.
+        let own = tempfile::tempdir_in(parent).expect("a folder");
         let source = concat!(
             env!("CARGO_MANIFEST_DIR"),
             "/tests/tool/process/pcan_basic.rs"
@@ -21,11 +27,12 @@ fn folder() -> &'static Path {
         let compiler = std::env::var_os("RUSTC").unwrap_or_else(|| "rustc".into());
         let output = Command::new(compiler)
             .args(["--edition", "2024", "--crate-type", "cdylib", "-o"])
-            .arg(folder.join("libpcanbasic.so"))
+            .arg(own.path().join(LIBRARY))
             .arg(source)
             .output()
             .expect("rustc starts");
         assert!(output.status.success(), "{output:?}");
+        std::fs::rename(own.path().join(LIBRARY), folder.join(LIBRARY)).expect("the same disk");
         folder
     })
 }

@@ -1,5 +1,6 @@
-//! A library with the entry points of PCAN-Basic and one adapter, USBBUS1, on the bus of a virtual sensor (slcan over TCP, whose clock
-//! advances by 500 us with each question for a frame). `pcan.rs` compiles it, and the program loads it.
+//! A library with the entry points of PCAN-Basic and one adapter, USBBUS1, on the bus of a virtual sensor (slcan over TCP). Each read
+//! advances the clock of the sensor by 20 ms, or up to the next frame: so a busy computer loses no answer. `pcan.rs` compiles the library,
+//! and the program loads it.
 //!
 //! Variables of the environment: `PCAN_TEST_BUS` is the address of the sensor, `PCAN_TEST_FAULT` a fault.
 
@@ -135,7 +136,7 @@ pub unsafe extern "system" fn CAN_Read(_: u16, message: *mut Message, _: *mut c_
         return NO_CHANNEL;
     }
     if channel.received.is_empty() {
-        say(channel.stream.get_mut(), "@1F4");
+        say(channel.stream.get_mut(), "@4E20");
         loop {
             let line = line(&mut channel.stream);
             if line.starts_with('@') {
