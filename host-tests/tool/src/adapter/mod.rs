@@ -28,6 +28,8 @@ use crate::failure::Failure;
 use plumbline::can::{BitRate, Frame};
 use plumbline::model::catalog::PRODUCTS;
 use plumbline::time::Instant;
+use std::fmt::Display;
+use std::time::Duration;
 
 /// How an adapter takes part in the bus.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -93,6 +95,32 @@ pub trait Adapter {
     fn overruns(&mut self) -> Option<u64> {
         None
     }
+}
+
+/// The time of an adapter whose clock is that of the computer.
+fn instant(since_connected: Duration) -> Instant {
+    let micros = since_connected.as_micros();
+    Instant::from_ticks(micros.try_into().unwrap_or(u64::MAX))
+}
+
+/// The adapter has failed, or was unplugged.
+fn lost(name: &str, reason: impl Display) -> Failure {
+    let message = format!("the adapter {name} has failed ({reason}): plug it in again and repeat");
+    Failure::bus("adapter-lost", message)
+}
+
+/// The adapter cannot be opened without a bit rate.
+fn no_rate(name: &str) -> Failure {
+    let message = format!("{name} needs a bit rate: give it with --rate");
+    Failure::usage("no-rate", message)
+}
+
+/// The adapter is not opened in another mode than asked for.
+fn no_listen_only(name: &str) -> Failure {
+    let message = format!(
+        "{name} has no listen-only mode, so it was not opened: `plumbline scan --active` asks without listening first"
+    );
+    Failure::bus("no-listen-only", message)
 }
 
 /// The variable of the environment that selects the time of the bus; for tests.

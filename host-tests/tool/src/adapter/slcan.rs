@@ -21,7 +21,7 @@
 //! ```
 
 use super::bench::not_active;
-use super::{Adapter, Capabilities, Mode};
+use super::{Adapter, Capabilities, Mode, instant};
 use crate::failure::Failure;
 use line::{Line, time_of};
 use plumbline::can::{BitRate, Frame};
@@ -330,10 +330,7 @@ impl<S: Stream> Adapter for Slcan<S> {
 
     fn now(&self) -> Instant {
         match self.clock {
-            Clock::Computer(start) => {
-                let elapsed = start.elapsed().as_micros();
-                Instant::from_ticks(elapsed.try_into().unwrap_or(u64::MAX))
-            }
+            Clock::Computer(start) => instant(start.elapsed()),
             Clock::Bus(now) => now,
         }
     }

@@ -1,7 +1,7 @@
 //! SocketCAN of Linux. Bit rate and listen-only mode are properties of the interface: the tool reads them and says what to type.
 
 use super::bench::not_active;
-use super::{Adapter, Capabilities, Mode};
+use super::{Adapter, Capabilities, Mode, instant};
 use crate::failure::Failure;
 use embedded_can::Frame as _;
 use plumbline::can::{BitRate, Frame};
@@ -300,8 +300,7 @@ impl<I: Interface> Adapter for SocketCan<I> {
     }
 
     fn now(&self) -> Instant {
-        let elapsed = self.interface.elapsed().as_micros();
-        Instant::from_ticks(elapsed.try_into().unwrap_or(u64::MAX))
+        instant(self.interface.elapsed())
     }
 
     fn rate(&self) -> Option<BitRate> {

@@ -13,7 +13,7 @@
 //! The order is: reset, bit timing, start. The tool uses the first channel.
 
 use super::bench::not_active;
-use super::{Adapter, Capabilities, Mode};
+use super::{Adapter, Capabilities, Mode, instant, lost, no_listen_only, no_rate};
 use crate::failure::Failure;
 use plumbline::can::{BitRate, Frame};
 use plumbline::time::Instant;
@@ -236,11 +236,6 @@ impl<U: Usb> GsUsb<U> {
     }
 }
 
-fn lost(name: &str, error: &io::Error) -> Failure {
-    let message = format!("the adapter {name} has failed ({error}): plug it in again and repeat");
-    Failure::bus("adapter-lost", message)
-}
-
 impl<U: Usb> Adapter for GsUsb<U> {
     fn capabilities(&self) -> Capabilities {
         Capabilities {
@@ -255,14 +250,10 @@ impl<U: Usb> Adapter for GsUsb<U> {
         self.opened = None;
         let name = &self.name;
         let Some(rate) = rate else {
-            let message = format!("{name} needs a bit rate: give it with --rate");
-            return Err(Failure::usage("no-rate", message));
+            return Err(no_rate(name));
         };
         if mode == Mode::Listen && !self.capabilities().listen_only {
-            let message = format!(
-                "{name} has no listen-only mode, so it was not opened: `plumbline scan --active` asks without listening first"
-            );
-            return Err(Failure::bus("no-listen-only", message));
+            return Err(no_listen_only(name));
         }
         let timing = BitTiming::find(rate, &self.constants).ok_or_else(|| {
             let message = format!(
@@ -327,8 +318,7 @@ impl<U: Usb> Adapter for GsUsb<U> {
     }
 
     fn now(&self) -> Instant {
-        let elapsed = self.start.elapsed().as_micros();
-        Instant::from_ticks(elapsed.try_into().unwrap_or(u64::MAX))
+        instant(self.start.elapsed())
     }
 
     fn errors(&mut self) -> Option<u64> {

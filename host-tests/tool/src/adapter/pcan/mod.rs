@@ -10,7 +10,7 @@
 //! The library has no wait for a frame that works on all systems in the same way, so it is asked every half millisecond.
 
 use super::bench::not_active;
-use super::{Adapter, Capabilities, Mode};
+use super::{Adapter, Capabilities, Mode, instant, lost, no_listen_only, no_rate};
 use crate::failure::Failure;
 use embedded_can::{ExtendedId, Id, StandardId};
 use library::{FILE, Message, Parameter, PcanBasic, Status};
@@ -155,10 +155,7 @@ pub fn ports() -> Vec<(String, bool)> {
 
 impl Pcan {
     fn lost(&self, status: Status) -> Failure {
-        let (name, text) = (&self.name, self.library.text(status));
-        let message =
-            format!("the adapter {name} has failed ({text}): plug it in again and repeat");
-        Failure::bus("adapter-lost", message)
+        lost(&self.name, self.library.text(status))
     }
 
     /// Opens the channel. The library then has an empty queue.
@@ -187,10 +184,7 @@ impl Pcan {
         library.set(channel, Parameter::ListenOnly, listens);
         if library.get(channel, Parameter::ListenOnly) != (Status::OK, listens) {
             library.uninitialize(channel);
-            let message = format!(
-                "{name} has no listen-only mode, so it was not opened: `plumbline scan --active` asks without listening first"
-            );
-            return Err(Failure::bus("no-listen-only", message));
+            return Err(no_listen_only(name));
         }
         // Without these, it still receives and sends.
         library.set(channel, Parameter::BusOffAutoReset, 1);
@@ -264,8 +258,7 @@ impl Adapter for Pcan {
     fn open(&mut self, rate: Option<BitRate>, mode: Mode) -> Result<(), Failure> {
         self.close();
         let Some(rate) = rate else {
-            let message = format!("{} needs a bit rate: give it with --rate", self.name);
-            return Err(Failure::usage("no-rate", message));
+            return Err(no_rate(&self.name));
         };
         self.initialize(rate, mode)?;
         (self.errors, self.overruns) = (0, 0);
@@ -328,8 +321,7 @@ impl Adapter for Pcan {
     }
 
     fn now(&self) -> Instant {
-        let elapsed = self.start.elapsed().as_micros();
-        Instant::from_ticks(elapsed.try_into().unwrap_or(u64::MAX))
+        instant(self.start.elapsed())
     }
 
     fn errors(&mut self) -> Option<u64> {
