@@ -27,7 +27,7 @@ global_asm!(
     "orr r3, r0, r1",
     "lsls r3, r3, #30",
     "bne 3f",
-    // Words with alignment: four in each iteration.
+    // Aligned words: four in each iteration.
     "subs r2, #16",
     "blo 2f",
     "push {{r4, r5, r6, lr}}",
@@ -56,7 +56,7 @@ global_asm!(
     "ldrbmi r3, [r1]",
     "strbmi r3, [r12]",
     "bx lr",
-    // Words without alignment.
+    // Words that are not aligned.
     "3:",
     "subs r2, #16",
     "blo 2b",

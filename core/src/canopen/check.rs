@@ -14,8 +14,7 @@
 //! - with LSS: the identity object has its four numbers, the node-ID 255 is permitted, node-ID and bit rate are stored, and the tables of
 //!   bit rates have selectors of the manufacturer;
 //! - with block transfer: the buffer for texts takes each number;
-//! - the default COB-ID of the SYNC is permitted, and those of the TPDOs and of the EMCY are free with each node-ID, which
-//!   they do not contain;
+//! - the default COB-ID of the SYNC is permitted; those of the TPDOs and of the EMCY contain no node-ID, and are free with each node-ID;
 //! - each bit rate of the manufacturer's tables of LSS is one of the product;
 //! - each sub-index of 1010h and 1011h has a group of parameters, and the groups do not overlap.
 

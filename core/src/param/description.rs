@@ -304,7 +304,7 @@ pub enum Constraint {
 pub struct ValueId(pub u8);
 
 impl ValueId {
-    /// The type of its number; a text, which no value is, if the application does not have it.
+    /// The type of its number. If the application does not have the quantity, a text: no value has this type.
     pub(crate) const fn data_type(self, quantities: &[Quantity]) -> DataType {
         match get(quantities, self.0 as usize) {
             Some(quantity) => quantity.data_type,

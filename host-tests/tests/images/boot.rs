@@ -20,8 +20,8 @@ fn switched_on() -> Rig {
 
 /// The boot-up messages wait for the first reading: the node is not on the bus before it. The first angle is right.
 ///
-/// The Nucleo-F103RB is 3 ms later than the Blue Pill. Its clock from the ST-LINK is ready 2 ms before a crystal, so the attempts every 5 ms
-/// to find the accelerometer come 2 ms earlier, and one more of them falls in its boot of 10 ms.
+/// The Nucleo-F103RB is 3 ms later than the Blue Pill. Its clock from the ST-LINK is ready 2 ms before a crystal, so the driver tries 2 ms
+/// earlier to find the accelerometer, every 5 ms. One more try falls in the boot of the accelerometer, which takes 10 ms.
 #[test]
 pub fn first_frame_is_sent_with_first_reading() {
     let mut rig = switched_on();

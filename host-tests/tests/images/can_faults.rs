@@ -96,7 +96,7 @@ pub fn reset_of_controller_can_take_any_time() {
 
 /// The boot waits without a limit for initialization mode, so the watchdog must run before.
 #[test]
-pub fn controller_that_acknowledges_no_mode_leads_to_resets_by_the_watchdog() {
+pub fn watchdog_resets_the_chip_if_the_can_controller_acknowledges_no_mode() {
     let mut rig = Rig::with("is2", BusRate::Fixed(RATE), fixed("is2", RATE));
     rig.io().0.can.set_silicon(Silicon {
         mode: u32::MAX,

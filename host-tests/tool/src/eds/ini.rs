@@ -30,7 +30,7 @@ impl Section {
 /// The sections by name.
 pub type Sections = HashMap<String, Section>;
 
-/// The sections, and the lines that are neither a section, a key nor a comment. Such a line costs only itself. If a name is there twice,
+/// The sections, and the lines that are neither a section, a key nor a comment. Such a line changes no entry. If a name is there twice,
 /// the last one counts, as its keys do.
 ///
 /// # Errors

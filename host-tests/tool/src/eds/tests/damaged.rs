@@ -15,7 +15,7 @@ fn entries(sheet: &Sheet) -> Vec<(Address, DataType, String, Permitted)> {
     entries.collect()
 }
 
-/// The text with a line behind this line.
+/// Inserts a line after this number of lines.
 fn with_line(text: &str, behind: usize, line: &str) -> String {
     let mut lines: Vec<&str> = text.lines().collect();
     lines.insert(behind, line);
@@ -23,7 +23,7 @@ fn with_line(text: &str, behind: usize, line: &str) -> String {
 }
 
 #[test]
-fn stray_line_costs_only_itself() {
+fn stray_line_changes_no_entry() {
     for (text, stray) in [
         (OBJECTS, "// terminator"),
         (OBJECTS, "***"),
