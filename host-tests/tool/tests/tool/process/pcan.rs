@@ -103,6 +103,24 @@ fn adapter_that_cannot_be_used_is_told_with_the_next_step() {
 }
 
 #[test]
+fn controller_in_bus_off_is_opened_again() {
+    let sensor = Sensor::start("is2", BusRate::Follow, Clock::Client);
+    let arguments = "--json --rate 250 --id 300 get cyclic-time";
+    let output = run(&sensor, "pcan", "bus-off", arguments);
+    assert_eq!(document(&output)["cyclic-time"]["raw"], 250);
+}
+
+#[test]
+fn log_says_how_many_frames_the_library_has_lost() {
+    let sensor = Sensor::start("jn2101", BusRate::Fixed(BitRate::K125), Clock::Client);
+    for (fault, expected) in [("", false), ("overrun", true)] {
+        let output = run(&sensor, "pcan", fault, "--rate 125 log - --seconds 0.2");
+        let text = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(text.contains("lost"), expected, "{fault}: {output:?}");
+    }
+}
+
+#[test]
 fn missing_library_is_told() {
     let output = command("pcan", "computer", "--rate 250 get")
         .env("LD_LIBRARY_PATH", "")

@@ -14,6 +14,8 @@ const USBBUS1: u16 = 0x51;
 const OK: u32 = 0;
 const EMPTY: u32 = 0x20;
 const QUEUE_FULL: u32 = 0x80;
+const QUEUE_OVERRUN: u32 = 0x40;
+const BUS_OFF: u32 = 0x10;
 const IN_USE: u32 = 0x400;
 const NO_CHANNEL: u32 = 0x1400;
 const NOT_INITIALIZED: u32 = 0x400_0000;
@@ -34,13 +36,22 @@ struct Channel {
     stream: BufReader<TcpStream>,
     received: VecDeque<Message>,
     sent: u32,
+    /// The controller has switched itself off the bus, until it is initialized again.
+    is_off: bool,
 }
 
 static CHANNEL: Mutex<Option<Channel>> = Mutex::new(None);
 static LISTENS: Mutex<bool> = Mutex::new(false);
+/// The fault that happens once has happened.
+static HAS_HAPPENED: Mutex<bool> = Mutex::new(false);
 
 fn has_fault(name: &str) -> bool {
     std::env::var("PCAN_TEST_FAULT").is_ok_and(|fault| fault == name)
+}
+
+/// Whether this fault happens now; it happens once.
+fn happens(name: &str) -> bool {
+    has_fault(name) && !std::mem::replace(&mut *HAS_HAPPENED.lock().unwrap(), true)
 }
 
 /// Sends a line of slcan.
@@ -104,6 +115,7 @@ pub extern "system" fn CAN_Initialize(channel: u16, timing: u16, _: u8, _: u32, 
         stream: BufReader::new(stream),
         received: VecDeque::new(),
         sent: 0,
+        is_off: happens("bus-off"),
     });
     OK
 }
@@ -135,6 +147,9 @@ pub unsafe extern "system" fn CAN_Read(_: u16, message: *mut Message, _: *mut c_
     if channel.sent > 0 && has_fault("unplugged") {
         return NO_CHANNEL;
     }
+    if happens("overrun") {
+        return QUEUE_OVERRUN;
+    }
     if channel.received.is_empty() {
         say(channel.stream.get_mut(), "@4E20");
         loop {
@@ -164,6 +179,9 @@ pub unsafe extern "system" fn CAN_Write(_: u16, message: *const Message) -> u32 
     channel.sent += 1;
     if has_fault("not-acknowledged") {
         return if channel.sent > 2 { QUEUE_FULL } else { OK };
+    }
+    if channel.is_off {
+        return BUS_OFF;
     }
     // SAFETY: as the caller promises.
     let message = unsafe { message.read() };
