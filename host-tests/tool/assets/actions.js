@@ -2,7 +2,7 @@
 
 import { Failure, post } from "./api.js";
 import { ask } from "./dialog.js";
-import { attempt, element, isReady, on, sensor, shown, state } from "./state.js";
+import { element, isReady, on, press, sensor, shown, state } from "./state.js";
 import { onLanguage, t } from "./texts.js";
 
 /** Which sensor, in words. */
@@ -50,11 +50,10 @@ async function simple(key) {
 /** @param {string} key @param {number} min @param {number} max @param {string} [command] */
 async function address(key, min, max, command = key) {
   const own = sensor();
-  const answer = await ask({
+  await ask({
     title: title(key), text: `${t(`${key}-text`)}\n${which()}`, yes: t("write"),
     field: { label: t("new-number"), min, max, value: state.device?.address },
-  });
-  if (answer) await post("api/run", { [command]: { new: Number(answer.value) } }, own);
+  }, ({ value }) => post("api/run", { [command]: { new: Number(value) } }, own));
 }
 
 /** The title of the question of a button. @param {string} key */
@@ -72,20 +71,18 @@ function stored() {
 async function rate() {
   const own = sensor();
   const automatic = state.device?.protocol === "fsc" ? ["auto"] : [];
-  const answer = await ask({
+  await ask({
     title: title("bit-rate"), text: `${t("bit-rate-text")}\n${which()}`, yes: t("write"),
     field: { label: `${t("rate")} / (kbit/s)`, choices: [...automatic, ...state.rates.map(String)], value: stored() },
-  });
-  if (answer) await post("api/run", { rate: { new: answer.value } }, own);
+  }, ({ value }) => post("api/run", { rate: { new: value } }, own));
 }
 
 async function label() {
   const own = sensor();
-  const answer = await ask({
+  await ask({
     title: title("label"), text: `${t("label-text")}\n${which()}`, yes: t("label-yes"),
     field: { label: t("name"), value: state.device?.label ?? "", optional: true },
-  });
-  if (answer) await post("api/run", { label: { name: answer.value || null } }, own);
+  }, ({ value }) => post("api/run", { label: { name: value || null } }, own));
 }
 
 function show() {
@@ -133,7 +130,7 @@ export function start() {
     "bit-rate": rate,
     "label": label,
   };
-  for (const [id, run] of Object.entries(actions)) element(id).addEventListener("click", () => attempt(run));
+  for (const [id, run] of Object.entries(actions)) press(id, run);
   on("device", show);
   on("status", show);
   onLanguage(show);

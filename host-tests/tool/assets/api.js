@@ -17,12 +17,13 @@ const token = secret();
 // The address of a server that was started again changes only the part behind `#`.
 addEventListener("hashchange", () => { if (GIVEN.test(location.hash)) location.reload(); });
 
-/** A request that failed: the code and the sentence of the command line. */
+/** A request that failed: the code and the sentence of the command line, and whether the bus or the sensor is the cause. */
 export class Failure extends Error {
-  /** @param {string} code @param {string} message */
-  constructor(code, message) {
+  /** @param {string} code @param {string} message @param {boolean} [isOfBus] */
+  constructor(code, message, isOfBus = false) {
     super(message);
     this.code = code;
+    this.isOfBus = isOfBus;
   }
 }
 
@@ -30,7 +31,7 @@ export class Failure extends Error {
 async function failure(response) {
   try {
     const { error } = await response.json();
-    return new Failure(error.code, error.message);
+    return new Failure(error.code, error.message, [502, 504].includes(response.status));
   } catch {
     return new Failure("http", `HTTP ${response.status}`);
   }

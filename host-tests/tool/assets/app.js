@@ -13,8 +13,9 @@ import * as frames from "./frames.js";
 import * as identity from "./identity.js";
 import * as log from "./log.js";
 import * as parameters from "./parameters.js";
-import { attempt, element, emit, fail, on } from "./state.js";
-import { currentLanguage, onLanguage, said, setLanguage, t, translate } from "./texts.js";
+import { sentence } from "./failure.js";
+import { attempt, element, emit, fail, isAnswering, on } from "./state.js";
+import { currentLanguage, onLanguage, setLanguage, translate } from "./texts.js";
 
 const THEME = "plumbline-theme";
 
@@ -25,35 +26,37 @@ function setTheme(theme) {
   emit("theme", theme);
 }
 
-/** A failure in the language of the page; a message of the program is in English. @param {unknown} error */
-function sentence(error) {
-  const key = error instanceof Failure ? `error-${error.code}` : "";
-  const text = t(key);
-  return text === key ? advised(/** @type {Error} */ (error).message) : text;
-}
-
-/** A message of the program. Where it names the command for a scan, the page names its own controls. @param {string} message */
-function advised(message) {
-  const [head] = message.split(": ");
-  if (head === message || !/`plumbline [^`]*scan/.test(message)) return said(message);
-  return `${said(head)}: ${t(head.startsWith("nobody answers") ? "next-no-answer" : "next-nothing-found")}`;
-}
-
 /** @type {unknown} */
 let failure = null;
+/** The sensor did not answer after the failure. */
+let wasLost = false;
 function showFailure() {
   const place = element("message");
   const text = failure === null ? "" : sentence(failure);
   if (place.textContent !== text) place.textContent = text;
 }
 
-on("failure", (error) => { failure = error; showFailure(); });
+/** @param {unknown} error */
+function setFailure(error) {
+  [failure, wasLost] = [error, !isAnswering()];
+  showFailure();
+}
+
+on("failure", setFailure);
 /** The reason for which a connection ended. */
 let reason = "";
 on("status", (status) => {
   const error = status?.error;
-  if (error && error !== reason) fail(new Failure("ended", error));
+  if (error && error !== reason) fail(new Failure("ended", error, true));
   reason = error ?? "";
+  // A message goes with its cause.
+  wasLost ||= !isAnswering();
+  const isBack = wasLost && isAnswering();
+  const isOver = failure instanceof Failure && (failure.code === "ended" ? !error : failure.isOfBus && isBack);
+  if (isOver) setFailure(null);
+});
+on("device", (device) => {
+  if (device && failure instanceof Failure && failure.code === "not-connected") setFailure(null);
 });
 
 onLanguage(() => { translate(); showFailure(); });

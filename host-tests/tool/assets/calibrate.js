@@ -2,7 +2,7 @@
 
 import { post } from "./api.js";
 import { faces, look, paint, svg, turn } from "./attitude.js";
-import { attempt, element, make, on, state as server } from "./state.js";
+import { element, make, on, press, state as server } from "./state.js";
 import { onLanguage, t } from "./texts.js";
 
 /** The order of the positions. */
@@ -117,11 +117,11 @@ export function start() {
     return { line, name };
   });
   box.append(...polygons, ...axes.flatMap(({ line, name }) => [line, name]));
-  const answer = (/** @type {string} */ kind) => () => attempt(() => post("api/calibrate", { [kind]: calibration.question ?? 0 }));
-  element("calibrate-start").addEventListener("click", () => attempt(() => post("api/calibrate", "start")));
-  element("calibrate-take").addEventListener("click", answer("take"));
-  element("calibrate-again").addEventListener("click", answer("again"));
-  element("calibrate-stop").addEventListener("click", () => attempt(() => post("api/calibrate", "stop")));
+  const answer = (/** @type {string} */ kind) => press(`calibrate-${kind}`, () => post("api/calibrate", { [kind]: calibration.question ?? 0 }));
+  press("calibrate-start", () => post("api/calibrate", "start"));
+  answer("take");
+  answer("again");
+  press("calibrate-stop", () => post("api/calibrate", "stop"));
   on("calibration", (/** @type {Calibration} */ next) => { calibration = next; show(); });
   for (const kind of ["gone", "restarted"]) on(kind, show);
   onLanguage(show);

@@ -4,7 +4,7 @@ import { which } from "./actions.js";
 import { Failure, get, post } from "./api.js";
 import { missed } from "./chart.js";
 import { ask } from "./dialog.js";
-import { attempt, element, emit, fail, goneText, make, on, state } from "./state.js";
+import { attempt, element, emit, fail, goneText, make, on, press, state } from "./state.js";
 import { currentLanguage, onLanguage, said, t } from "./texts.js";
 
 const input = (/** @type {string} */ id) => /** @type {HTMLInputElement & HTMLSelectElement} */ (element(id));
@@ -203,7 +203,7 @@ function row(row) {
     fill({ port, rate: row.rate, protocol: row.protocol, address: row.address, product });
     input("mode").value = "active";
     await connect();
-  }));
+  }, button));
   const cell = document.createElement("td");
   // A node without node-ID has no address, and one that was only heard need not tell it.
   if (/^[0-9a-f]+$/i.test(row.address ?? "")) cell.append(button);
@@ -250,6 +250,8 @@ function showStatus() {
   set("frames-per-second", String(status.perSecond));
   set("errors", status.errors === null ? t("unknown") : String(status.errors));
   set("lost", String(status.lost + missed.count));
+  element("unsaved-row").hidden = status.unsaved.length === 0;
+  set("unsaved", status.unsaved.join(", "));
   showLines();
 }
 
@@ -280,11 +282,11 @@ function set(id, text) {
 export async function start() {
   element("connection").addEventListener("submit", (/** @type {Event} */ event) => {
     event.preventDefault();
-    attempt(connect);
+    attempt(connect, element("connect"));
   });
-  element("disconnect").addEventListener("click", () => attempt(() => post("api/disconnect", {})));
-  element("find").addEventListener("click", () => attempt(find));
-  element("stop").addEventListener("click", () => attempt(() => post("api/stop", {})));
+  press("disconnect", () => post("api/disconnect", {}));
+  press("find", find);
+  press("stop", () => post("api/stop", {}));
   element("protocol").addEventListener("change", showAddress);
   element("product").addEventListener("change", showSheet);
   element("eds").addEventListener("change", () => attempt(openSheet));

@@ -1,5 +1,6 @@
 // A question before an action, with an optional field.
 
+import { sentence } from "./failure.js";
 import { t } from "./texts.js";
 
 const element = (/** @type {string} */ id) => /** @type {any} */ (document.getElementById(id));
@@ -13,15 +14,18 @@ const element = (/** @type {string} */ id) => /** @type {any} */ (document.getEl
  * @property {number} [min] with `max`: the field is a number
  * @property {number} [max]
  * @property {boolean} [optional]
+ * @typedef {{value: string, checked: boolean[]}} Answer
  */
 
 /**
- * Asks; returns null for no, else the text of the field and which boxes are checked.
+ * Asks; returns null for no, else the text of the field and which boxes are checked. With `act` the question stays until that is done:
+ * a failure is told beside the field, which keeps its text.
  * @param {{title: string, text: string, yes: string, field?: Field,
  *   checks?: (string | {text: string, checked: boolean})[]}} question
- * @returns {Promise<{value: string, checked: boolean[]} | null>}
+ * @param {(answer: Answer) => Promise<unknown>} [act]
+ * @returns {Promise<Answer | null>}
  */
-export function ask(question) {
+export function ask(question, act) {
   const dialog = element("question");
   // One question at a time: a second one counts as cancelled.
   if (dialog.open) return Promise.resolve(null);
@@ -36,6 +40,7 @@ export function ask(question) {
   place.replaceChildren();
   let input = /** @type {any} */ (null);
   if (question.field) input = field(place, question.field);
+  tell(input, "");
   const boxes = (question.checks ?? []).map((check, number) => {
     const label = document.createElement("label");
     label.className = "check";
@@ -52,12 +57,49 @@ export function ask(question) {
   dialog.returnValue = "no";
   dialog.showModal();
   (input ?? element("question-no")).focus();
-  return new Promise((resolve) => {
+  const answer = () => ({ value: input?.value.trim() ?? "", checked: boxes.map((box) => box.checked) });
+  return new Promise((resolve, reject) => {
+    let [isRunning, isClosed] = [false, false];
+    const run = async () => {
+      if (!act || isRunning) return;
+      isRunning = true;
+      tell(input, "");
+      try {
+        await act(answer());
+        if (isClosed) resolve(null); else dialog.close("yes");
+      } catch (error) {
+        if (isClosed) reject(error); else tell(input, sentence(error));
+      } finally {
+        isRunning = false;
+        if (!isClosed) element("question-yes").removeAttribute("aria-busy");
+      }
+    };
+    const submit = (/** @type {SubmitEvent} */ event) => {
+      if (!act || /** @type {HTMLButtonElement} */ (event.submitter)?.value === "no") return;
+      event.preventDefault();
+      element("question-yes").setAttribute("aria-busy", "true");
+      run();
+    };
+    element("question-form").addEventListener("submit", submit);
     dialog.addEventListener("close", () => {
-      const answer = { value: input?.value.trim() ?? "", checked: boxes.map((box) => box.checked) };
-      resolve(dialog.returnValue === "yes" ? answer : null);
+      isClosed = true;
+      element("question-form").removeEventListener("submit", submit);
+      element("question-yes").removeAttribute("aria-busy");
+      // What runs goes on; its failure is told on the page.
+      if (!isRunning || dialog.returnValue === "yes") resolve(dialog.returnValue === "yes" ? answer() : null);
     }, { once: true });
   });
+}
+
+/** Tells why the text of the field was refused. @param {any} input @param {string} why */
+function tell(input, why) {
+  element("question-wrong").textContent = why;
+  if (!input) return;
+  if (why === "") input.removeAttribute("aria-invalid");
+  else {
+    input.setAttribute("aria-invalid", "true");
+    input.focus();
+  }
 }
 
 /** @param {HTMLElement} place @param {Field} wanted */
@@ -81,12 +123,13 @@ function field(place, wanted) {
   if (wanted.value !== undefined) input.value = wanted.value;
   label.append(name, input);
   place.append(label);
+  input.setAttribute("aria-describedby", "question-wrong");
   if (wanted.hint) {
     const hint = document.createElement("p");
     hint.className = "note";
     hint.id = "question-hint";
     hint.textContent = wanted.hint;
-    input.setAttribute("aria-describedby", hint.id);
+    input.setAttribute("aria-describedby", `${hint.id} question-wrong`);
     place.append(hint);
   }
   return input;

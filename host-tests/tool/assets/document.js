@@ -4,7 +4,7 @@ import { which } from "./actions.js";
 import { post } from "./api.js";
 import { download } from "./chart.js";
 import { ask } from "./dialog.js";
-import { attempt, element, emit, isReady, on, sensor, shown, state } from "./state.js";
+import { attempt, element, emit, isReady, on, press, sensor, shown, state } from "./state.js";
 import { onLanguage, t } from "./texts.js";
 
 /**
@@ -186,12 +186,12 @@ function show() {
 
 /** Starts the buttons of the file. */
 export function start() {
-  element("read").addEventListener("click", () => attempt(() => post("api/run", { get: {} }, sensor())));
-  element("backup").addEventListener("click", () => attempt(backup));
-  element("restore").addEventListener("click", () => attempt(restore));
+  press("read", () => post("api/run", { get: {} }, sensor()));
+  press("backup", backup);
+  press("restore", restore);
   element("file").addEventListener("change", () => attempt(open));
   element("download").addEventListener("click", save);
-  element("new-file").addEventListener("click", () => attempt(create));
+  press("new-file", create);
   addEventListener("beforeunload", (event) => { if (isDirty || refused.size > 0) event.preventDefault(); });
   for (const kind of ["status", "device", "values"]) on(kind, show);
   onLanguage(show);

@@ -65,7 +65,7 @@ export function start() {
   });
   element("raw").addEventListener("submit", (/** @type {Event} */ event) => {
     event.preventDefault();
-    attempt(send);
+    attempt(send, element("send"));
   });
   onLanguage(show);
 }

@@ -4,7 +4,7 @@ import { get, post } from "./api.js";
 import { download } from "./chart.js";
 import { textOf } from "./connection.js";
 import { ask } from "./dialog.js";
-import { attempt, element, isReady, make, on, sensor, state } from "./state.js";
+import { attempt, element, isReady, make, on, press, sensor, state } from "./state.js";
 import { onLanguage, t } from "./texts.js";
 
 /** @typedef {{product: string, identity: Record<string, number | string | null>, sheet: string, from: string}} Identity */
@@ -72,12 +72,12 @@ function show() {
 
 /** Starts the section. */
 export function start() {
-  element("identity-read").addEventListener("click", () => attempt(read));
+  press("identity-read", read);
   element("identity-file").addEventListener("change", () => attempt(open));
   element("identity-download").addEventListener("click", () => {
     if (identity) download(`${identity.product}-identity.toml`, "application/toml", identity.sheet);
   });
-  element("identity-write").addEventListener("click", () => attempt(write));
+  press("identity-write", write);
   on("status", enable);
   onLanguage(show);
   attempt(async () => { ({ store } = await get("api/ports")); show(); });

@@ -63,7 +63,8 @@ function row(entry) {
     set = /** @type {HTMLButtonElement} */ (make("button", t("set-short")));
     set.type = "button";
     set.setAttribute("aria-label", t("set", entry.name));
-    set.addEventListener("click", () => attempt(() => write(entry)));
+    const button = set;
+    button.addEventListener("click", () => attempt(() => write(entry), button));
     action.append(set);
   }
   const field = entry.setting ? input(entry, wrong) : null;
@@ -111,14 +112,12 @@ function showAngles() {
 /** Sets one value in the sensor. @param {Entry} entry */
 async function write(entry) {
   const [present, own] = [state.values?.[entry.name], sensor()];
-  const answer = await ask({
+  await ask({
     title: t("set-title", entry.name), text: which(), yes: t("write"),
     field: { label: t("value"), value: entry.choices.length > 0 ? choice(entry.choices, present) : present ? shown(present) : "", hint: entry.range,
       choices: entry.choices.map(({ name }) => name) },
     checks: state.device?.protocol === "devicenet" ? [] : [t("also-save")],
-  });
-  if (!answer) return;
-  await post("api/run", { set: { assignments: [`${entry.name}=${answer.value}`], save: answer.checked[0] ?? false } }, own);
+  }, ({ value, checked }) => post("api/run", { set: { assignments: [`${entry.name}=${value}`], save: checked[0] ?? false } }, own));
 }
 
 function build() {

@@ -7,7 +7,7 @@
  * @typedef {{connection: number, product: string, sheet: string, foreign: boolean, maker: string, protocol: string, address: string, serial: number | null, rate: number | null,
  *   article: string | null, firmware: string | null, label?: string, angles: Angle[], zero: string[], teach: boolean}} Device
  * @typedef {{state: string, port: string | null, rate: number | null, perSecond: number, errors: number | null, samples: number,
- *   lost: number, silent: boolean, busy: string | null, error: string | null, line: string | null}} Status
+ *   lost: number, silent: boolean, unsaved: string[], busy: string | null, error: string | null, line: string | null}} Status
  */
 
 export const state = {
@@ -80,14 +80,29 @@ export function fail(error) {
   emit("failure", error);
 }
 
-/** Runs something; a failure is shown. @param {() => Promise<unknown>} run */
-export async function attempt(run) {
+/** Runs something; a failure is shown. Until its end its button shows that it is busy. @param {() => Promise<unknown>} run @param {HTMLElement} [button] */
+export async function attempt(run, button) {
+  button?.setAttribute("aria-busy", "true");
   try {
     emit("failure", null);
     await run();
   } catch (error) {
     fail(error);
+  } finally {
+    button?.removeAttribute("aria-busy");
   }
+}
+
+/** Runs something when a button is pressed. @param {string} id @param {() => Promise<unknown>} run */
+export function press(id, run) {
+  /** @type {HTMLElement} */
+  const button = element(id);
+  button.addEventListener("click", () => attempt(run, button));
+}
+
+/** Whether the sensor is connected and answers. */
+export function isAnswering() {
+  return state.status?.state === "active" && !state.status.silent;
 }
 
 /** @param {string} tag @param {string} [text] @param {string} [name] of the class */

@@ -32,6 +32,7 @@ export const de = {
   "state-active": "verbunden",
   "state-silent": "der Sensor antwortet nicht",
   "state-busy": "beschäftigt: {0}",
+  "unsaved": "Im Sensor nicht gespeichert",
   "bus": "Bus",
   "frames-per-second": "Frames/s",
   "errors": "Fehler",

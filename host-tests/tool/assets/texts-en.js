@@ -32,6 +32,7 @@ export const en = {
   "state-active": "connected",
   "state-silent": "the sensor does not answer",
   "state-busy": "busy: {0}",
+  "unsaved": "Not saved in the sensor",
   "bus": "Bus",
   "frames-per-second": "Frames/s",
   "errors": "Errors",

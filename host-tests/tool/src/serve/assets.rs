@@ -35,6 +35,7 @@ pub const ASSETS: &[Asset] = &[
     asset!(JS, "connection.js"),
     asset!(JS, "dialog.js"),
     asset!(JS, "document.js"),
+    asset!(JS, "failure.js"),
     asset!(JS, "focus.js"),
     asset!(JS, "frames.js"),
     asset!(JS, "identity.js"),

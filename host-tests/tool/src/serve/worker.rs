@@ -2,6 +2,7 @@
 
 mod commands;
 mod report;
+mod unsaved;
 mod which;
 
 use super::events::{Hub, Kind};
@@ -68,6 +69,8 @@ pub struct Worker {
     last: Option<Identity>,
     /// What the sensor has told, for the page.
     values: Map<String, Value>,
+    /// What was written, but not stored, with its value.
+    unsaved: Map<String, Value>,
     samples: u32,
     /// The line of the running command.
     busy: Option<String>,
@@ -95,6 +98,7 @@ impl Worker {
             connection: 0,
             last: None,
             values: Map::new(),
+            unsaved: Map::new(),
             samples: SAMPLES,
             busy: None,
             error: None,

@@ -2,7 +2,7 @@
 
 import assert from "node:assert/strict";
 import test from "node:test";
-import { answers, open, Refusal } from "./page.js";
+import { answers, open, Refusal, STATUS } from "./page.js";
 
 /** The page with a sensor, whose angles are asked for before a question. */
 async function connected(name, change = {}) {
@@ -159,6 +159,53 @@ test("request_goes_to_the_sensor_after_a_question_and_its_answer_is_shown", asyn
   assert.match(page.asked().text, /goes to the sensor as it is.*\n.*address 300/);
   await page.yes();
   assert.deepEqual([page.requests.pop().body, page.text("answer")], [{ raw: { request: "04" } }, "04 01"]);
+});
+
+test("button_shows_that_its_action_runs_from_the_click_to_the_end", async () => {
+  const page = await connected("is2");
+  const isBusy = (id) => page.element(id).getAttribute("aria-busy");
+  for (const [id, path] of [["zero", "api/run"], ["read", "api/run"], ["backup", "api/backup"], ["disconnect", "api/disconnect"]]) {
+    let end;
+    page.reply(path, () => new Promise((resolve) => { end = resolve; }));
+    await page.click(id);
+    assert.equal(isBusy(id), "true", id);
+    end(new Refusal("refused", "the sensor refuses it"));
+    await page.pass(0);
+    if (page.isAsking) await page.no();
+    assert.equal(isBusy(id), null, id);
+  }
+});
+
+test("message_ends_with_its_cause", async () => {
+  const page = await connected("is2");
+  const fails = async (code, status) => {
+    page.reply("api/backup", new Refusal(code, "a reason", status));
+    await page.click("backup");
+    assert.notEqual(page.text("message"), "", code);
+  };
+  await fails("no-answer", 504);
+  await page.status({});
+  assert.equal(page.text("message"), "a reason", "one answer was lost");
+  await page.status({ silent: true });
+  assert.equal(page.text("message"), "a reason");
+  await page.status({});
+  assert.equal(page.text("message"), "", "the sensor answers again");
+  await page.event("status", { ...STATUS, state: "closed", error: "the adapter is gone: plug it in again" });
+  assert.match(page.text("message"), /plug it in/);
+  await page.status({});
+  assert.equal(page.text("message"), "", "the adapter is back");
+  await fails("not-connected", 400);
+  await page.event("device", answers.devices.is2.device);
+  assert.equal(page.text("message"), "");
+});
+
+test("values_that_are_not_stored_are_named_in_the_status", async () => {
+  const page = await connected("is2");
+  assert.ok(page.element("unsaved-row").hidden);
+  await page.status({ unsaved: ["cut-off", "cyclic-time"] });
+  assert.deepEqual([page.element("unsaved-row").hidden, page.text("unsaved")], [false, "cut-off, cyclic-time"]);
+  await page.status({});
+  assert.ok(page.element("unsaved-row").hidden);
 });
 
 test("second_question_does_not_replace_an_open_one", async () => {

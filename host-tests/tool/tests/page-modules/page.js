@@ -51,7 +51,7 @@ export const settle = () => new Promise((resolve) => setImmediate(resolve));
 
 /** The status of a connection, as the server tells it. */
 export const STATUS = {
-  state: "active", port: "demo:is2", rate: 125, received: 0, sent: 0, perSecond: 100, errors: 0, samples: 50, lost: 0, silent: false,
+  state: "active", port: "demo:is2", rate: 125, received: 0, sent: 0, perSecond: 100, errors: 0, samples: 50, lost: 0, silent: false, unsaved: [],
   busy: null, error: null, line: "plumbline --port demo:is2 --rate 125 --id 300",
 };
 export const CLOSED = { ...STATUS, state: "closed", port: null, rate: null, perSecond: 0, line: null };
@@ -181,7 +181,9 @@ class Page {
   async answer(word, { value, checks = {} } = {}) {
     if (value !== undefined) this.element("question-input").value = value;
     for (const [place, isChecked] of Object.entries(checks)) this.element(`question-check-${place}`).checked = isChecked;
-    this.element("question").close(word);
+    const submitted = Object.assign(new Event("submit", { cancelable: true }), { submitter: this.element(`question-${word}`) });
+    this.element("question-form").dispatchEvent(submitted);
+    if (!submitted.defaultPrevented) this.element("question").close(word);
     await settle();
   }
 

@@ -84,19 +84,57 @@ test("value_is_set_after_its_question_with_the_range", async () => {
   assert.deepEqual(page.requests.pop(), { path: "api/run", body: sent, sensor: String(answers.devices.is2.device.connection) });
 });
 
-test("refused_value_is_told_until_the_next_action_of_this_user", async () => {
+test("value_that_the_sensor_refuses_stays_in_its_question_with_the_reason", async () => {
   const page = await connected();
   page.reply("api/run", new Refusal("out-of-range", "cyclic-time is out of range: 1..65535 ms"));
   page.setter("cyclic-time").click();
   await page.pass(0);
   await page.yes({ value: "0" });
-  assert.match(page.text("message"), /1\.\.65535 ms/);
+  const input = page.element("question-input");
+  const state = () => [page.isAsking, input.value, input.getAttribute("aria-invalid"), page.text("question-wrong"), page.text("message")];
+  assert.deepEqual(state(), [true, "0", "true", "cyclic-time is out of range: 1..65535 ms", ""]);
+  assert.equal(document.activeElement, input);
+  let end;
+  page.reply("api/run", () => new Promise((resolve) => { end = resolve; }));
+  await page.yes({ value: "100" });
+  assert.deepEqual([...state(), page.element("question-yes").getAttribute("aria-busy")], [true, "100", null, "", "", "true"]);
+  await page.yes();
+  assert.equal(page.requests.length, 2, "a second yes sends nothing");
+  end({});
+  await page.pass(0);
+  assert.deepEqual([page.isAsking, page.element("question-yes").getAttribute("aria-busy")], [false, null]);
+  // Another question has no reason of this one.
+  page.setter("cyclic-time").click();
+  await page.pass(0);
+  assert.equal(page.text("question-wrong"), "");
+});
+
+test("failure_after_the_end_of_its_question_is_told_on_the_page", async () => {
+  const page = await connected();
+  let end;
+  page.reply("api/run", () => new Promise((resolve) => { end = resolve; }));
+  page.setter("cyclic-time").click();
+  await page.pass(0);
+  await page.yes({ value: "100" });
+  await page.no();
+  end(new Refusal("no-answer", "the sensor does not answer", 504));
+  await page.pass(0);
+  assert.equal(page.text("message"), "the sensor does not answer");
+});
+
+test("refusal_is_told_until_the_next_action_of_this_user", async () => {
+  const page = await connected();
+  page.reply("api/run", new Refusal("refused", "the sensor refuses it"));
+  await page.click("save");
+  await page.yes();
+  assert.equal(page.text("message"), "the sensor refuses it");
   // What another tab does, does not take it away.
   await page.event("action", { n: 5, at: 0, line: "plumbline get cut-off", state: "done" });
   await page.event("device", answers.devices.is2.device);
   await page.event("values", values);
+  await page.status({ silent: true });
   await page.status({});
-  assert.match(page.text("message"), /1\.\.65535 ms/);
+  assert.equal(page.text("message"), "the sensor refuses it");
   page.reply("api/run", {});
   await page.click("read");
   assert.deepEqual([page.requests.pop().body, page.text("message")], [{ get: {} }, ""]);

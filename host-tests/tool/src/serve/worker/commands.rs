@@ -103,6 +103,9 @@ impl Worker {
             done = Some(report);
             Ok(document)
         });
+        if let Some(report) = &done {
+            self.note_unsaved(request, report);
+        }
         match done {
             Some(Report::Label { label, .. }) => {
                 if let State::Active(live) = &mut self.state {
@@ -173,6 +176,7 @@ impl Worker {
             session.remember(false);
         }
         self.take(values);
+        self.fill_unsaved();
     }
 
     pub(super) fn restore(
@@ -211,6 +215,9 @@ impl Worker {
             live.found.label = labels.name(&live.found);
             Ok(document)
         });
+        if result.is_ok() {
+            self.unsaved.clear();
+        }
         self.follow(&result)?;
         let restored = result?;
         if let Some(label) = backup.label.filter(|_| label) {
@@ -335,6 +342,7 @@ impl Worker {
             Ok(values) => {
                 self.values.clear();
                 self.take(values);
+                self.forget_lost();
             }
             Err(failure) if failure.kind == Refusal::Bus => return Err(failure),
             Err(_) => live.go_on(),

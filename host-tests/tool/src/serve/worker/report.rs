@@ -80,6 +80,7 @@ impl Worker {
             "samples": self.samples,
             "lost": lost,
             "silent": silent,
+            "unsaved": self.unsaved(),
             "busy": self.busy,
             "error": self.error,
             "line": (!self.selection.is_empty()).then(|| line::shown(&self.selection)),

@@ -31,6 +31,7 @@ impl Worker {
         let identity = found.identity();
         if !identity.is_unique() || self.last.as_ref() != Some(&identity) {
             self.connection += 1;
+            self.unsaved.clear();
         }
         self.last = Some(identity);
         self.connection

@@ -50,7 +50,7 @@ pub fn page_finds_a_sensor_and_shows_its_angles(browser: &Browser) {
     browser.console();
 }
 
-/// A value is set by its button in the table; one that is not permitted is refused in sight.
+/// A value is set by its button in the table; one that is not permitted is refused in its question, which keeps it.
 pub fn refused_value_is_told_where_the_user_looks(browser: &Browser) {
     let server = Running::connected("is2");
     browser.open(&server.url());
@@ -60,33 +60,33 @@ pub fn refused_value_is_told_where_the_user_looks(browser: &Browser) {
     browser.wait(&format!("document.querySelector('{button}')"));
     browser.wait(&inside(button, "#parameters-scroll"));
     browser.resize(1280);
-    for (value, end) in [
-        (
-            "100",
-            "document.getElementById('file-cyclic-time').closest('tr').children[1].textContent === '100 ms'",
-        ),
-        (
-            "0",
-            "document.getElementById('message').textContent.includes('1..65535 ms')",
-        ),
-    ] {
+    let set = |value: &str| {
         browser.script(&format!(
             "document.querySelector('{button}').scrollIntoView({{ block: 'center' }})"
         ));
-        assert!(browser.value("scrollY").as_f64() > Some(200.0));
         browser.click(button);
         browser.wait(OPEN);
         browser.write("#question-input", value);
         browser.click("#question-yes");
-        browser.wait(end);
-    }
-    let shown = browser.value(
+    };
+    set("100");
+    browser.wait(&format!("!{OPEN}"));
+    browser.wait("document.getElementById('file-cyclic-time').closest('tr').children[1].textContent === '100 ms'");
+    browser.wait("document.getElementById('unsaved').textContent === 'cyclic-time'");
+    set("0");
+    browser.wait("document.getElementById('question-wrong').textContent.includes('1..65535 ms')");
+    let state = browser.value(
         "(() => {
-            const { left, top, bottom } = document.getElementById('message').getBoundingClientRect();
-            return top >= 0 && bottom <= innerHeight && document.elementFromPoint(left + 30, top + 10)?.id === 'message';
+            const [input, wrong] = ['question-input', 'question-wrong'].map((id) => document.getElementById(id));
+            const { left, top, bottom } = wrong.getBoundingClientRect();
+            const isShown = top >= 0 && bottom <= innerHeight && document.elementFromPoint(left + 3, top + 3) === wrong;
+            return [isShown, input.value, document.activeElement === input];
         })()",
     );
-    assert_eq!(shown, true);
+    assert_eq!(state, json!([true, "0", true]));
+    // A click on No ends the question.
+    browser.click("#question-no");
+    browser.wait(&format!("!{OPEN}"));
 }
 
 /// The chart by the library that draws it. With `UPDATE` set, the picture of README.md is written.

@@ -16,4 +16,5 @@ mod j1939;
 mod scan;
 mod sentences;
 mod stream;
+mod unsaved;
 mod which;
