@@ -28,12 +28,7 @@ impl BuildError {
 /// # Errors
 /// There is no program of a name, the build fails, or the target is missing and there is no rustup.
 pub fn build(board: Board, names: &[&str]) -> Result<BTreeMap<String, PathBuf>, BuildError> {
-    let folder = own_folder(board).map(|it| workspace().join("target").join(it));
-    let folder = folder
-        .into_iter()
-        .flat_map(|it| ["--target-dir".into(), it.into()]);
-    let options: Vec<OsString> = folder.collect();
-    build_with(board, names, board.facts().name, &options)
+    build_with(board, names, board.facts().name, own_folder(board))
 }
 
 /// The folder of a board in the target directory, as in its alias of cargo: two boards have the target of the Blue Pill, and the images of
@@ -48,8 +43,7 @@ pub fn folder(board: Board) -> PathBuf {
     Path::new(own).join(board.facts().target).join("release")
 }
 
-/// As [`build`], with the log. The files are in a folder of their own, so that they do not replace those without the log. What both need
-/// is built once.
+/// As [`build`], with the log. The files are in a folder of their own, so that they do not replace those without the log.
 ///
 /// # Errors
 /// As [`build`].
@@ -58,15 +52,7 @@ pub fn build_with_log(
     names: &[&str],
 ) -> Result<BTreeMap<String, PathBuf>, BuildError> {
     let feature = board.facts().name;
-    let shared = std::env::var_os("CARGO_TARGET_DIR").map(PathBuf::from);
-    let shared = shared.unwrap_or_else(|| workspace().join("target"));
-    let options = [
-        "--target-dir".into(),
-        shared.join("with-log").into(),
-        "--config".into(),
-        format!("build.build-dir='{}'", shared.display()).into(),
-    ];
-    build_with(board, names, &format!("{feature},defmt"), &options)
+    build_with(board, names, &format!("{feature},defmt"), Some("with-log"))
 }
 
 /// As [`build`], for the measuring element with this feature. The files are in a folder of their own.
@@ -79,16 +65,15 @@ pub fn build_for_element(
     element: &str,
 ) -> Result<BTreeMap<String, PathBuf>, BuildError> {
     let feature = board.facts().name;
-    let folder = workspace().join("target").join(format!("with-{element}"));
-    let options = ["--target-dir".into(), folder.into()];
-    build_with(board, names, &format!("{feature},{element}"), &options)
+    let folder = format!("with-{element}");
+    build_with(board, names, &format!("{feature},{element}"), Some(&folder))
 }
 
 fn build_with(
     board: Board,
     names: &[&str],
     features: &str,
-    options: &[OsString],
+    folder: Option<&str>,
 ) -> Result<BTreeMap<String, PathBuf>, BuildError> {
     let target = board.facts().target;
     add_target(target)?;
@@ -98,7 +83,7 @@ fn build_with(
         .args(["--package", "firmware-stm32", "--target", target])
         .args(names.iter().flat_map(|name| ["--bin", name]))
         .args(["--no-default-features", "--features", features])
-        .args(options)
+        .args(folder.into_iter().flat_map(into_folder))
         .arg("--message-format=json-render-diagnostics")
         // They are for the programs of the PC, and would replace those of the board.
         .env_remove("RUSTFLAGS")
@@ -125,6 +110,18 @@ fn build_with(
     } else {
         Err(BuildError::new("cargo build", status))
     }
+}
+
+/// The options that put the programs into a folder of their own. What several folders need is built once.
+fn into_folder(name: &str) -> [OsString; 4] {
+    let shared = std::env::var_os("CARGO_TARGET_DIR").map(PathBuf::from);
+    let shared = shared.unwrap_or_else(|| workspace().join("target"));
+    [
+        "--target-dir".into(),
+        shared.join(name).into(),
+        "--config".into(),
+        format!("build.build-dir='{}'", shared.display()).into(),
+    ]
 }
 
 /// Ensures that the standard library for the board is installed.

@@ -14,4 +14,6 @@ also! {
         probe_reads_log_and_programs_sleeping_sensor_twice;
     timing:
         sync_is_answered_within_15_us;
+    traces:
+        image_of_the_is2_passes_its_traces;
 }

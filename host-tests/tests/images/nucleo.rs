@@ -75,6 +75,11 @@ also! {
     timing:
         sync_is_answered_within_15_us,
         cyclic_mode_keeps_its_period;
+    traces:
+        image_of_the_is2_passes_its_traces,
+        image_of_the_jn2101_passes_its_traces,
+        image_of_the_ims360_passes_its_traces,
+        image_of_the_tiltix080_passes_its_traces;
     unit:
         image_has_the_identity_in_its_flash;
 }
