@@ -3,6 +3,7 @@
 //! The clock is the time of the bus, except in the tests of python-canopen and of the demonstration.
 
 mod command_line;
+mod exchange;
 #[cfg(target_os = "linux")]
 mod pcan;
 mod sensor;
