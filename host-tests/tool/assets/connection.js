@@ -248,7 +248,9 @@ function showStatus() {
   set("state", text);
   set("bus", status.state === "closed" ? "-" : `${status.port ?? ""} ${status.rate === null ? "" : `${status.rate} kbit/s`}`.trim());
   set("frames-per-second", String(status.perSecond));
-  set("errors", status.errors === null ? t("unknown") : String(status.errors));
+  const errors = status.errors === null ? t("unknown") : String(status.errors);
+  const unread = status.unread ?? null;
+  set("errors", unread === null ? errors : `${errors}; ${t("unread", unread.lines, unread.first)}`);
   set("lost", String(status.lost + missed.count));
   element("unsaved-row").hidden = status.unsaved.length === 0;
   set("unsaved", status.unsaved.join(", "));

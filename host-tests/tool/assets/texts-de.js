@@ -36,6 +36,7 @@ export const de = {
   "bus": "Bus",
   "frames-per-second": "Frames/s",
   "errors": "Fehler",
+  "unread": "{0} Zeilen des Adapters sind kein slcan, die erste ist {1}",
   "lost": "Verlorene Messwerte",
   "unknown": "unbekannt",
   "found": "Sensoren",

@@ -36,6 +36,7 @@ export const en = {
   "bus": "Bus",
   "frames-per-second": "Frames/s",
   "errors": "Errors",
+  "unread": "{0} lines of the adapter are not slcan, the first is {1}",
   "lost": "Lost samples",
   "unknown": "unknown",
   "found": "Sensors",

@@ -23,6 +23,7 @@ pub mod slcan;
 #[cfg(target_os = "linux")]
 pub mod socketcan;
 pub mod tcp;
+pub mod unread;
 
 use crate::failure::Failure;
 use plumbline::can::{BitRate, Frame};
@@ -30,6 +31,7 @@ use plumbline::model::catalog::PRODUCTS;
 use plumbline::time::Instant;
 use std::fmt::Display;
 use std::time::Duration;
+use unread::Unread;
 
 /// How an adapter takes part in the bus.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -93,6 +95,11 @@ pub trait Adapter {
 
     /// The received frames that it has lost since it was opened, at least; None if it does not say.
     fn overruns(&mut self) -> Option<u64> {
+        None
+    }
+
+    /// What the tool cannot read of the adapter, since it was made; None: its messages have one form only.
+    fn unread(&self) -> Option<Unread> {
         None
     }
 }

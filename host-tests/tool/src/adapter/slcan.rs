@@ -10,8 +10,10 @@
 //!  CR                   the answer "done"; z CR, Z CR or CR to a frame; BEL is the answer "refused"
 //! ```
 //!
+//! Some adapters, and some programs between, end a line with LF, CR LF or CR CR LF.
+//!
 //! A line that no slcan adapter says, in the place of the answer to a command, ends it: something else is at this port. Frames, answers to
-//! requests of another program (`V`, `N`, `F`), and pieces of frames can come at any time.
+//! requests of another program (`V`, `N`, `F`), and pieces of frames can come at any time. On an open channel, what cannot be read is counted.
 //!
 //! In the time of the bus, which only tests use, the server is one with `--clock client`:
 //!
@@ -21,6 +23,7 @@
 //! ```
 
 use super::bench::not_active;
+use super::unread::Unread;
 use super::{Adapter, Capabilities, Mode, instant};
 use crate::failure::Failure;
 use line::{Line, time_of};
@@ -84,6 +87,11 @@ pub struct Slcan<S: Stream> {
     /// This program has closed it, and no other answer can come.
     is_closed: bool,
     line: Vec<u8>,
+    /// The last byte was a CR.
+    is_after_cr: bool,
+    /// A LF has followed a CR.
+    has_line_feeds: bool,
+    unread: Unread,
     frames: VecDeque<(Instant, Frame)>,
     /// A command waits for its answer.
     is_waiting: bool,
@@ -119,6 +127,9 @@ impl<S: Stream> Slcan<S> {
             mode: None,
             is_closed: false,
             line: Vec::new(),
+            is_after_cr: false,
+            has_line_feeds: false,
+            unread: Unread::default(),
             frames: VecDeque::new(),
             is_waiting: false,
             command: None,
@@ -163,9 +174,15 @@ impl<S: Stream> Slcan<S> {
             Err(error) => return Err(self.lost(&error)),
         };
         let now = self.now();
-        for &byte in &bytes[..count] {
+        for (place, &byte) in bytes[..count].iter().enumerate() {
+            let was_after_cr = std::mem::replace(&mut self.is_after_cr, byte == b'\r');
             match byte {
-                b'\r' => {
+                b'\n' if was_after_cr => self.has_line_feeds = true,
+                // A part of CR CR LF; without LF it is an empty line.
+                b'\r'
+                    if was_after_cr
+                        && (self.has_line_feeds || is_line_feed(&bytes[place..count])) => {}
+                b'\r' | b'\n' => {
                     let line = std::mem::take(&mut self.line);
                     self.take(now, line);
                 }
@@ -184,13 +201,16 @@ impl<S: Stream> Slcan<S> {
         Ok(count > 0)
     }
 
-    /// Takes a complete line. On an open channel, a line that is neither a frame nor an answer is ignored.
+    /// Takes a complete line. On an open channel, a line that cannot be read is counted.
     fn take(&mut self, now: Instant, line: Vec<u8>) {
+        let line = line.trim_ascii().to_vec();
         match (Line::of(&line), &mut self.clock) {
             (Line::Frame, _) => {
                 let at = self.stamp.take().unwrap_or(now);
                 if let Some(frame) = read_frame(&line) {
                     self.frames.push_back((at, frame));
+                } else if self.mode.is_some() {
+                    self.unread.take(line);
                 }
             }
             (Line::Time, Clock::Bus(_)) if line[0] == b'#' => self.stamp = time_of(&line),
@@ -205,6 +225,7 @@ impl<S: Stream> Slcan<S> {
             (Line::Foreign, _) if self.is_waiting => {
                 self.foreign.get_or_insert(line);
             }
+            (Line::Piece | Line::Foreign, _) if self.mode.is_some() => self.unread.take(line),
             _ => {}
         }
     }
@@ -256,6 +277,8 @@ impl<S: Stream> Slcan<S> {
     }
 
     fn write(&mut self, command: &str) -> Result<(), Failure> {
+        // The next CR is an answer.
+        self.is_after_cr = false;
         let line = format!("{command}\r");
         let written = self.stream.write(line.as_bytes());
         written.map_err(|error| self.lost(&error))
@@ -344,6 +367,15 @@ impl<S: Stream> Adapter for Slcan<S> {
         self.read_status()?;
         self.overruns
     }
+
+    fn unread(&self) -> Option<Unread> {
+        Some(self.unread.clone())
+    }
+}
+
+/// Whether these are CR and then a LF.
+fn is_line_feed(bytes: &[u8]) -> bool {
+    bytes.iter().find(|byte| **byte != b'\r') == Some(&b'\n')
 }
 
 impl<S: Stream> Drop for Slcan<S> {

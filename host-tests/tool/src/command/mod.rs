@@ -10,6 +10,7 @@ mod record;
 pub(crate) mod restore;
 mod watch;
 
+use crate::adapter::unread::Unread;
 use crate::adapter::{self, Adapter, Mode};
 use crate::calibrate::log::Source;
 use crate::cli::{Cli, Command, Options};
@@ -138,7 +139,18 @@ pub fn run_with(cli: &Cli, terminal: &mut Terminal, connect: Connect) -> Result<
             cli.command,
             Command::Watch { cyclic: true, .. } | Command::Record { cyclic: true, .. }
         ),
+        unread: Unread::default(),
     };
+    let result = on_bus(cli, &mut bus, terminal);
+    if let (Ok(()), Some(told)) = (&result, bus.unread.told()) {
+        terminal.note(told);
+    }
+    result.map_err(|failure| bus.unread.explain(failure))
+}
+
+/// Runs a command that needs the bus.
+fn on_bus(cli: &Cli, bus: &mut Bus, terminal: &mut Terminal) -> Result<(), Failure> {
+    let options = &cli.options;
     match &cli.command {
         Command::Scan { active, search } => {
             let options = scan::Options {
@@ -154,7 +166,7 @@ pub fn run_with(cli: &Cli, terminal: &mut Terminal, connect: Connect) -> Result<
         Command::Parameters => bus.with(terminal, |session, terminal| {
             parameters::list(&session.sheet, terminal)
         }),
-        Command::Operation(Request::Raw { request }) => raw(&mut bus, request, terminal),
+        Command::Operation(Request::Raw { request }) => raw(bus, request, terminal),
         Command::Operation(request) => {
             let mut labels = match request {
                 Request::Label { .. } => Labels::open(options.config.as_deref())?,
@@ -268,12 +280,16 @@ struct Bus<'a> {
     connect: Connect<'a>,
     /// A DeviceNet slave of another master is listened to.
     listens: bool,
+    /// What the adapter says and the tool cannot read.
+    unread: Unread,
 }
 
 impl Bus<'_> {
     fn adapter(&mut self) -> Result<Box<dyn Adapter>, Failure> {
         let port = self.options.port.as_deref();
-        (self.connect)(port.ok_or_else(|| Failure::usage("no-port", NO_PORT))?)
+        let adapter = (self.connect)(port.ok_or_else(|| Failure::usage("no-port", NO_PORT))?)?;
+        self.unread = adapter.unread().unwrap_or_default();
+        Ok(adapter)
     }
 
     /// The names of sensors. Without them every command works.

@@ -150,7 +150,10 @@ fn polled(
             }
             Ok(None) if !is_told && sampler.silence(session.link.now()) >= SILENT => {
                 is_told = true;
-                terminal.note("the sensor has not answered for 1 s: check power and wiring. The command continues; Ctrl-C ends it");
+                let unread = session.link.adapter().unread();
+                let told = unread.and_then(|unread| unread.told());
+                let cause = told.unwrap_or_else(|| "check power and wiring".to_owned());
+                terminal.note(format!("the sensor has not answered for 1 s: {cause}. The command continues; Ctrl-C ends it"));
             }
             Ok(None) => {}
             Err(failure) if failure.code == "stopped" => break,

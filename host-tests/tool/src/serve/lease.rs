@@ -1,6 +1,7 @@
 //! One adapter that samples and commands share, one after the other. It stays open between them.
 
 use super::tap::Tap;
+use crate::adapter::unread::Unread;
 use crate::adapter::{Adapter, Capabilities, Mode};
 use crate::failure::Failure;
 use plumbline::can::{BitRate, Frame};
@@ -121,5 +122,9 @@ impl Adapter for Lease {
 
     fn overruns(&mut self) -> Option<u64> {
         self.0.borrow_mut().adapter.overruns()
+    }
+
+    fn unread(&self) -> Option<Unread> {
+        self.0.borrow().adapter.unread()
     }
 }

@@ -11,6 +11,7 @@ use super::lease::Lease;
 use super::line::{self, Words};
 use super::live::Live;
 use super::sheets::{Kept, Sheets};
+use crate::adapter::unread::Unread;
 use crate::adapter::{Adapter, Mode};
 use crate::client::Link;
 use crate::connect;
@@ -125,6 +126,7 @@ impl Worker {
             if let Some(job) = job {
                 self.stop.store(false, Ordering::Relaxed);
                 let result = self.work(job.task);
+                let result = result.map_err(|failure| self.unread().explain(failure));
                 self.stop.store(false, Ordering::Relaxed);
                 // The page knows that the buttons can be pressed again before it has the answer.
                 self.report();
@@ -243,6 +245,12 @@ impl Worker {
                 Ok(json!({}))
             }
         }
+    }
+
+    /// What the adapter says and the tool cannot read.
+    fn unread(&self) -> Unread {
+        let unread = self.port.as_ref().and_then(|(_, lease)| lease.unread());
+        unread.unwrap_or_default()
     }
 
     fn connect(&mut self, wanted: &Connect) -> Result<Value, Failure> {

@@ -5,6 +5,7 @@
 //!  s071C                  62.5 kbit/s: bit timing registers of the SJA1000 at 16 MHz
 //!  tIIIL.., TIIIIIIIIL..  a frame with 11 or 29 bits: identifier, length, data; r and R: a remote frame
 //!  s.., e..               events of some adapters: the state (sa000000), an error (e1a)
+//!  xIIIIIIIIL..           a frame with 29 bits of some adapters
 //!  Vhhhh, Nxxxx, Fhh      the answers to V (version), N (serial number) and F (status)
 //! ```
 
@@ -28,7 +29,7 @@ pub(super) enum Line {
     Told,
     /// What some adapters report by themselves: a state, or an error of the bus.
     Event,
-    /// The end or middle of frames whose beginning was lost.
+    /// The end or middle of frames whose beginning was lost, or something like a frame with an unknown first letter.
     Piece,
     /// The time of the bus, if the adapter has it.
     Time,
@@ -38,6 +39,9 @@ pub(super) enum Line {
 
 /// The longest text behind `V`, `v`, `N` or `F`.
 const TOLD_MAX: usize = 16;
+
+/// The fewest digits behind the first letter of something like a frame.
+const FRAME_MIN: usize = 4;
 
 /// The longest text of an event behind its first letter.
 const EVENT_MAX: usize = 9;
@@ -50,7 +54,7 @@ impl Line {
             return Self::Done;
         };
         match first {
-            b't' | b'T' | b'r' | b'R' => Self::Frame,
+            b't' | b'T' | b'r' | b'R' | b'x' => Self::Frame,
             b'z' | b'Z' => Self::Sent,
             b'#' | b'@' => Self::Time,
             b'F' if rest.len() == 2 && rest.iter().all(u8::is_ascii_hexdigit) => Self::Told,
@@ -65,6 +69,11 @@ impl Line {
                 Self::Event
             }
             _ if line.iter().all(is_frames) => Self::Piece,
+            b'a'..=b'z' | b'A'..=b'Z'
+                if rest.len() >= FRAME_MIN && rest.iter().all(u8::is_ascii_hexdigit) =>
+            {
+                Self::Piece
+            }
             _ => Self::Foreign,
         }
     }
@@ -85,7 +94,8 @@ pub fn write_frame(frame: &Frame) -> String {
 
 /// The frame of a line without CR; None if the line is no valid frame. A time stamp of 4 or 8 digits behind it is ignored.
 pub fn read_frame(line: &[u8]) -> Option<Frame> {
-    let (frame, stamp) = slcan::read_frame(line)?;
+    let named = line.strip_prefix(b"x").map(|rest| [b"T", rest].concat());
+    let (frame, stamp) = slcan::read_frame(named.as_deref().unwrap_or(line))?;
     let is_stamp = matches!(stamp.len(), 0 | 4 | 8) && stamp.iter().all(u8::is_ascii_hexdigit);
     is_stamp.then_some(frame)
 }

@@ -6,6 +6,7 @@ use plumbline::time::{after, millis};
 use std::cell::RefCell;
 use std::rc::Rc;
 
+mod lines;
 mod opening;
 
 /// A stream that answers lines as a script says.

@@ -54,6 +54,7 @@ impl Worker {
                 self.status.tells_errors = self.status.errors.is_some();
             }
         }
+        let unread = Some(self.unread()).filter(|unread| unread.count() > 0);
         if let Some(frames) = frames {
             self.hub.publish(Kind::Frames, &frames);
         }
@@ -77,6 +78,7 @@ impl Worker {
             "sent": sent,
             "perSecond": (passed as f64 / elapsed.max(0.05)).round(),
             "errors": self.status.errors.filter(|_| self.status.tells_errors),
+            "unread": unread.map(|unread| json!({"lines": unread.count(), "first": unread.first()})),
             "samples": self.samples,
             "lost": lost,
             "silent": silent,

@@ -11,6 +11,7 @@ use plumbline::can::{BitRate, Frame};
 use plumbline::measure::{I32x3, ONE_G, Reading};
 use plumbline::time::{Instant, after, millis};
 use plumbline_tool::adapter::bench::{BenchAdapter, SharedBus};
+use plumbline_tool::adapter::unread::Unread;
 use plumbline_tool::adapter::{Adapter, Mode};
 use plumbline_tool::cli::Cli;
 use plumbline_tool::command::run_with;
@@ -92,6 +93,8 @@ pub struct Rig {
     pub events: Vec<Event>,
     /// The frames that the adapter says it has lost.
     pub overruns: Option<u64>,
+    /// The lines of the adapter that the tool cannot read.
+    pub unread: Unread,
     /// The adapter has no listen-only mode.
     pub only_active: bool,
     /// The modes in which the adapter was opened.
@@ -166,6 +169,7 @@ impl Rig {
             altered: None,
             events: Vec::new(),
             overruns: None,
+            unread: Unread::default(),
             only_active: false,
             modes: Rc::default(),
             interface: None,
@@ -310,7 +314,7 @@ impl Rig {
         let (only_active, modes) = (self.only_active, self.modes.clone());
         let refuses_all = self.refuses_all;
         let (altered, events) = (self.altered, std::mem::take(&mut self.events));
-        let overruns = self.overruns;
+        let (overruns, unread) = (self.overruns, self.unread.clone());
         let mut connect = |_: &str| {
             let cyclic = cyclic.map(|(cycle, frame)| {
                 let id = bus.borrow_mut().adapter();
@@ -337,6 +341,7 @@ impl Rig {
                 altered,
                 events: events.clone(),
                 overruns,
+                unread: unread.clone(),
                 only_active,
                 modes: modes.clone(),
                 interface,

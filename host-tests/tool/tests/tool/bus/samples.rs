@@ -267,6 +267,31 @@ fn log_writes_extended_and_remote_frames_as_candump_does() {
 }
 
 #[test]
+fn lines_of_the_adapter_that_cannot_be_read_are_told_in_place_of_the_wiring() {
+    let mut rig = Rig::with("is2");
+    for _ in 0..19 {
+        rig.unread.take(b"y18EA".to_vec());
+    }
+    let told = "19 lines that are not slcan, the first is \"y18EA\"";
+    for command in ["--rate 250 --id 300 watch --seconds 1", "--rate 250 scan"] {
+        let ended = rig.tool(command);
+        assert_eq!(ended.code, 0, "{ended:?}");
+        assert!(ended.notes.contains(told), "{ended:?}");
+    }
+    rig.lost = |_| true;
+    for command in [
+        "--rate 250 --id 300 get",
+        "--rate 250 --id 300 raw 03",
+        "--rate 250 scan --active",
+    ] {
+        let ended = rig.tool(command);
+        assert_eq!(ended.code, 3, "{ended:?}");
+        assert!(ended.notes.contains(told), "{ended:?}");
+        assert!(!ended.notes.contains("wiring"), "{ended:?}");
+    }
+}
+
+#[test]
 fn log_of_a_silent_bus_needs_the_rate() {
     let mut rig = Rig::with("is2");
     rig.rate = None;

@@ -2,6 +2,7 @@
 
 use plumbline::can::{BitRate, CanId, Frame};
 use plumbline::time::{Instant, after, millis};
+use plumbline_tool::adapter::unread::Unread;
 use plumbline_tool::adapter::{Adapter, Capabilities, Mode, demo};
 use plumbline_tool::failure::Failure;
 use plumbline_tool::serve::job::Opener;
@@ -14,6 +15,8 @@ pub struct Witness {
     sent: Mutex<Vec<u32>>,
     /// The errors that the adapter tells. 0: it tells none.
     pub errors: AtomicU64,
+    /// The lines of the adapter that the tool cannot read.
+    pub unread: AtomicU64,
     /// Nobody hears the tool, and the tool hears nobody.
     pub is_cut: AtomicBool,
     /// The adapter is unplugged.
@@ -101,6 +104,14 @@ impl Adapter for Foreign {
     fn errors(&mut self) -> Option<u64> {
         let errors = self.witness.errors.load(Ordering::Relaxed);
         (errors > 0).then_some(errors)
+    }
+
+    fn unread(&self) -> Option<Unread> {
+        let unread = Unread::default();
+        for _ in 0..self.witness.unread.load(Ordering::Relaxed) {
+            unread.take(b"y123".to_vec());
+        }
+        Some(unread)
     }
 }
 

@@ -247,6 +247,10 @@ fn status_has_the_frames_and_errors_of_the_bus_and_a_silence() {
         let rows = rows.as_array().cloned().unwrap_or_default();
         rows.iter().any(|row| row["id"] == "123h")
     });
+    assert_eq!(status["unread"], json!(null));
+    witness.unread.store(19, Ordering::Relaxed);
+    let unread = json!({"lines": 19, "first": "y123"});
+    tab.wait("status", |status| status["unread"] == unread);
     for (errors, told) in [(8, json!(8)), (0, json!(null))] {
         witness.errors.store(errors, Ordering::Relaxed);
         tab.wait("status", |status| status["errors"] == told);

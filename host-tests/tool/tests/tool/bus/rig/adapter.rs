@@ -4,6 +4,7 @@ use bench::{AdapterId, Bus};
 use plumbline::can::{BitRate, Frame};
 use plumbline::time::{Instant, after, millis};
 use plumbline_tool::adapter::bench::{BenchAdapter, SharedBus};
+use plumbline_tool::adapter::unread::Unread;
 use plumbline_tool::adapter::{Adapter, Capabilities, Mode};
 use plumbline_tool::failure::Failure;
 use std::cell::RefCell;
@@ -22,6 +23,7 @@ pub(super) struct Unplugged {
     pub altered: Option<Altered>,
     pub events: Vec<Event>,
     pub overruns: Option<u64>,
+    pub unread: Unread,
     pub only_active: bool,
     pub modes: Rc<RefCell<Vec<Mode>>>,
     pub interface: Option<BitRate>,
@@ -152,5 +154,9 @@ impl Adapter for Unplugged {
 
     fn overruns(&mut self) -> Option<u64> {
         self.overruns
+    }
+
+    fn unread(&self) -> Option<Unread> {
+        Some(self.unread.clone())
     }
 }

@@ -1,0 +1,48 @@
+//! What an adapter says that this tool cannot read.
+
+use crate::eds::shown;
+use crate::failure::{Failure, Kind};
+use std::cell::RefCell;
+use std::rc::Rc;
+
+/// The lines of an adapter that the tool cannot read. All clones are the same count.
+#[derive(Clone, Debug, Default)]
+pub struct Unread(Rc<RefCell<(u64, Vec<u8>)>>);
+
+impl Unread {
+    /// Counts a line.
+    pub fn take(&self, line: Vec<u8>) {
+        let mut own = self.0.borrow_mut();
+        own.0 += 1;
+        if own.0 == 1 {
+            own.1 = line;
+        }
+    }
+
+    /// The number of lines.
+    pub fn count(&self) -> u64 {
+        self.0.borrow().0
+    }
+
+    /// The first line.
+    pub fn first(&self) -> String {
+        shown(&String::from_utf8_lossy(&self.0.borrow().1))
+    }
+
+    /// A sentence for people; None: every line was read.
+    pub fn told(&self) -> Option<String> {
+        let (count, first) = (self.count(), self.first());
+        (count > 0).then(|| format!("the adapter has sent {count} lines that are not slcan, the first is {first:?}: frames are missing. Check its firmware and the settings of its port"))
+    }
+
+    /// The failure of a sensor that does not answer: its answers can be among the lines.
+    pub fn explain(&self, failure: Failure) -> Failure {
+        match self.told() {
+            Some(told) if failure.kind == Kind::Silent => Failure {
+                message: format!("no answer was read: {told}"),
+                ..failure
+            },
+            _ => failure,
+        }
+    }
+}
