@@ -1,4 +1,11 @@
-//! SocketCAN of Linux. Bit rate and listen-only mode are properties of the interface: the tool reads them and says what to type.
+//! SocketCAN of Linux. Bit rate and listen-only mode are properties of the interface: the tool reads them and says what to type. What the
+//! interface has depends on its kind, which the kernel tells.
+//!
+//! | kind | bit rate and listen-only mode |
+//! |---|---|
+//! | `can` | set with `ip` |
+//! | `vcan`, `vxcan` | none: there is no wire |
+//! | others, for example the slcan driver of older kernels | set by the program that made the interface, and not told |
 
 use super::bench::not_active;
 use super::{Adapter, Capabilities, Mode, instant};
@@ -6,6 +13,7 @@ use crate::failure::Failure;
 use embedded_can::Frame as _;
 use plumbline::can::{BitRate, Frame};
 use plumbline::time::Instant;
+use serde_json::Value;
 use socketcan::{CanFrame, CanSocket, Socket as _};
 use std::process::Command;
 use std::{io, time};
@@ -15,7 +23,7 @@ const NO_BUFFER: i32 = 105;
 
 /// A socket of an interface.
 pub trait Interface {
-    /// The output of `ip -details link show` for the interface; None if the program `ip` is not there.
+    /// The output of `ip -details -json link show` for the interface; None if the program `ip` is not there.
     ///
     /// # Errors
     /// There is no such interface.
@@ -63,7 +71,7 @@ impl Interface for Kernel {
             return Err(io::Error::new(io::ErrorKind::NotFound, "no such interface"));
         }
         let output = Command::new("ip")
-            .args(["-details", "link", "show", &self.name])
+            .args(["-details", "-json", "link", "show", "dev", &self.name])
             .output();
         Ok(output
             .ok()
@@ -141,10 +149,16 @@ impl<I: Interface> SocketCan<I> {
     /// # Errors
     /// There is no such interface.
     pub fn new(interface: I, name: &str) -> Result<Self, Failure> {
-        interface.describe().map_err(|_| {
+        let described = interface.describe().map_err(|_| {
             let message = format!("there is no interface {name}: `ip link` shows all, and other ports are slcan://HOST:PORT, slcan:/dev/ttyACM0, usb[:SERIAL] and demo:PRODUCT");
             Failure::bus("no-adapter", message)
         })?;
+        if !Settings::of(&described.unwrap_or_default()).is_can {
+            let message = format!(
+                "{name} is not a CAN interface: `plumbline ports` lists the ports of this computer"
+            );
+            return Err(Failure::bus("no-adapter", message));
+        }
         Ok(Self {
             interface,
             name: name.to_owned(),
@@ -163,9 +177,12 @@ impl<I: Interface> SocketCan<I> {
         Failure::bus("adapter-lost", message)
     }
 
-    /// The commands that give the interface a rate in bit/s and a mode.
-    fn commands(&self, rate: Option<u32>, mode: Mode) -> String {
+    /// The commands that give the interface a rate in bit/s and a mode, or switch on one that has neither.
+    fn commands(&self, kind: &Kind, rate: Option<u32>, mode: Mode) -> String {
         let name = &self.name;
+        if *kind != Kind::Can {
+            return format!("sudo ip link set {name} up");
+        }
         let rate = rate.map_or("RATE".to_owned(), |rate| rate.to_string());
         let listen = if mode == Mode::Listen { "on" } else { "off" };
         format!(
@@ -173,21 +190,29 @@ impl<I: Interface> SocketCan<I> {
         )
     }
 
+    fn settings(&self) -> Result<Settings, Failure> {
+        let described = self.interface.describe();
+        let text = described.map_err(|error| self.lost(&error))?;
+        Ok(Settings::of(&text.unwrap_or_default()))
+    }
+
     /// Checks rate and mode of the interface, and returns its rate. A virtual interface has neither.
     fn check(&self, rate: Option<BitRate>, mode: Mode) -> Result<Option<BitRate>, Failure> {
-        let described = self
-            .interface
-            .describe()
-            .map_err(|error| self.lost(&error))?;
-        let text = described.unwrap_or_default();
-        if text.contains("vcan") {
-            return Ok(None);
+        let settings = self.settings()?;
+        let (name, own, listens) = (&self.name, settings.rate, settings.listens);
+        match &settings.kind {
+            Kind::Can => {}
+            Kind::Virtual => return Ok(None),
+            Kind::Other(kind) if mode == Mode::Listen => {
+                let message = format!(
+                    "the interface {name} ({kind}) has no listen-only mode that `ip` can set: it has the bit rate and the mode of the program that made it, for example slcand. Make it anew with these, or use the adapter directly, for example with --port slcan:/dev/ttyACM0"
+                );
+                return Err(Failure::bus("no-listen-only", message));
+            }
+            Kind::Other(_) => return Ok(None),
         }
-        let name = &self.name;
-        let own = bit_rate(&text);
         let wanted = rate.map(BitRate::bits_per_second);
-        let commands = self.commands(wanted.or(own), mode);
-        let listens = text.contains("LISTEN-ONLY");
+        let commands = self.commands(&settings.kind, wanted.or(own), mode);
         if mode == Mode::Listen && !listens {
             let message =
                 format!("the interface {name} is not in listen-only mode. Type: {commands}");
@@ -211,11 +236,52 @@ impl<I: Interface> SocketCan<I> {
     }
 }
 
-/// The bit rate in the description of an interface, in bit/s.
-fn bit_rate(text: &str) -> Option<u32> {
-    let mut words = text.split_whitespace();
-    words.find(|word| *word == "bitrate")?;
-    words.next()?.parse().ok()
+/// The kinds of interfaces, by what can be set.
+#[derive(Clone, PartialEq, Eq, Debug)]
+enum Kind {
+    /// It has a bit rate and a mode.
+    Can,
+    /// It has neither, because there is no wire.
+    Virtual,
+    /// It has both, but another program sets them.
+    Other(String),
+}
+
+/// What the kernel tells of an interface.
+struct Settings {
+    is_can: bool,
+    kind: Kind,
+    /// The bit rate in bit/s.
+    rate: Option<u32>,
+    listens: bool,
+}
+
+impl Settings {
+    /// The settings in the output of `ip`. Without it, the interface counts as one of the kind `can` that does not tell its settings.
+    fn of(text: &str) -> Self {
+        let described: Value = serde_json::from_str(text).unwrap_or_default();
+        let link = &described[0];
+        let (info, data) = (&link["linkinfo"], &link["linkinfo"]["info_data"]);
+        let kind = match info["info_kind"].as_str() {
+            Some("can") => Kind::Can,
+            Some("vcan" | "vxcan") => Kind::Virtual,
+            Some(other) => Kind::Other(other.to_owned()),
+            None if link.is_null() => Kind::Can,
+            None => Kind::Other("without a kind".to_owned()),
+        };
+        // Some adapters have a list of rates in place of bit timing.
+        let rate = data["bittiming"]["bitrate"].as_u64();
+        let rate = rate.or_else(|| data["bittiming_bitrate"].as_u64());
+        let modes = data["ctrlmode"].as_array();
+        Self {
+            is_can: link["link_type"].as_str().is_none_or(|own| own == "can"),
+            kind,
+            rate: rate
+                .and_then(|rate| u32::try_from(rate).ok())
+                .filter(|rate| *rate > 0),
+            listens: modes.is_some_and(|modes| modes.iter().any(|mode| mode == "LISTEN-ONLY")),
+        }
+    }
 }
 
 impl<I: Interface> Adapter for SocketCan<I> {
@@ -234,7 +300,8 @@ impl<I: Interface> Adapter for SocketCan<I> {
         let opened = self.interface.open();
         opened.map_err(|error| {
             let wanted = rate.map(BitRate::bits_per_second);
-            let (name, commands) = (&self.name, self.commands(wanted, mode));
+            let kind = self.settings().map_or(Kind::Can, |settings| settings.kind);
+            let (name, commands) = (&self.name, self.commands(&kind, wanted, mode));
             Failure::bus(
                 "no-adapter",
                 format!("cannot open {name} ({error}). Type: {commands}"),

@@ -12,6 +12,7 @@ use std::rc::Rc;
 struct State {
     text: Option<&'static str>,
     missing: bool,
+    is_down: bool,
     lost: Option<u64>,
     open: bool,
     written: Vec<String>,
@@ -39,6 +40,9 @@ impl Interface for Fake {
     }
 
     fn open(&mut self) -> io::Result<()> {
+        if self.0.borrow().is_down {
+            return Err(io::Error::other("Network is down"));
+        }
         self.0.borrow_mut().open = true;
         Ok(())
     }
@@ -73,9 +77,8 @@ impl Interface for Fake {
     }
 }
 
-const UP: &str = "3: can0: <NOARP,UP> state UP\n link/can\n can state ERROR-ACTIVE\n bitrate 250000 sample-point 0.875";
-const LISTENING: &str =
-    "3: can0: <NOARP,UP>\n can <LISTEN-ONLY> state ERROR-ACTIVE\n bitrate 250000";
+const UP: &str = r#"[{"ifname":"can0","flags":["NOARP","UP"],"link_type":"can","linkinfo":{"info_kind":"can","info_data":{"state":"ERROR-ACTIVE","bittiming":{"bitrate":250000,"sample_point":0.875}}}}]"#;
+const LISTENING: &str = r#"[{"ifname":"can0","link_type":"can","linkinfo":{"info_kind":"can","info_data":{"ctrlmode":["LISTEN-ONLY"],"bittiming":{"bitrate":250000}}}}]"#;
 
 fn adapter(text: Option<&'static str>) -> (SocketCan<Fake>, Fake) {
     let fake = Fake::default();
@@ -265,9 +268,66 @@ fn rate_of_the_open_interface_is_reported() {
     assert_eq!(adapter.rate(), None);
     adapter.open(None, Mode::Active).unwrap();
     assert_eq!(adapter.rate(), Some(BitRate::K250));
-    for text in [None, Some("4: vcan0: <NOARP,UP> vcan")] {
+    let virtual_one = r#"[{"link_type":"can","linkinfo":{"info_kind":"vcan"}}]"#;
+    for text in [None, Some(virtual_one)] {
         let (mut adapter, _) = super::tests::adapter(text);
         adapter.open(None, Mode::Active).unwrap();
         assert_eq!(adapter.rate(), None, "{text:?}");
     }
+}
+
+/// What happens when an interface is opened to listen, and to take part at 125 kbit/s.
+fn opened(text: &'static str) -> [Option<Failure>; 2] {
+    [Mode::Listen, Mode::Active].map(|mode| {
+        let (mut adapter, _) = adapter(Some(text));
+        adapter.open(Some(BitRate::K125), mode).err()
+    })
+}
+
+#[test]
+fn interface_without_a_wire_is_opened_at_each_rate_by_its_kind_only() {
+    let kind = |text| opened(text).map(|failure| failure.map(|own| own.code));
+    for text in [
+        r#"[{"ifname":"bus7","link_type":"can","linkinfo":{"info_kind":"vcan"}}]"#,
+        r#"[{"ifname":"vx0","link":"vx1","link_type":"can","linkinfo":{"info_kind":"vxcan"}}]"#,
+        r#"[{"ifname":"can0","link_type":"can","linkinfo":{"info_kind":"vxcan","info_data":{}}}]"#,
+    ] {
+        assert_eq!(kind(text), [None, None], "{text}");
+    }
+    for text in [
+        r#"[{"ifname":"vcan0","link_type":"can","linkinfo":{"info_kind":"can","info_data":{"bittiming":{"bitrate":250000}}}}]"#,
+        r#"[{"ifname":"can0","ifalias":"vcan of the crane","link_type":"can","linkinfo":{"info_kind":"can","info_data":{"ctrlmode":["ONE-SHOT"],"bittiming_bitrate":250000,"bitrate_const":[125000,250000]}}}]"#,
+    ] {
+        let expected = [Some("no-listen-only"), Some("wrong-rate")];
+        assert_eq!(kind(text), expected, "{text}");
+    }
+}
+
+#[test]
+fn advice_for_an_interface_is_one_that_its_kind_permits() {
+    let old = r#"[{"ifname":"slcan0","link_type":"can"}]"#;
+    let [listening, active] = opened(old);
+    let listening = listening.unwrap();
+    assert_eq!(listening.code, "no-listen-only");
+    assert!(!listening.message.contains("type can"), "{listening}");
+    assert_eq!(active, None);
+    let virtual_one = r#"[{"link_type":"can","linkinfo":{"info_kind":"vxcan"}}]"#;
+    for (text, command) in [
+        (old, "Type: sudo ip link set can0 up"),
+        (virtual_one, "Type: sudo ip link set can0 up"),
+        (UP, "type can bitrate 250000 listen-only off"),
+    ] {
+        let (mut adapter, fake) = adapter(Some(text));
+        fake.0.borrow_mut().is_down = true;
+        let failure = adapter.open(Some(BitRate::K250), Mode::Active).unwrap_err();
+        assert!(failure.message.contains(command), "{failure}");
+    }
+}
+
+#[test]
+fn interface_of_another_network_is_no_adapter() {
+    let fake = Fake::default();
+    fake.0.borrow_mut().text = Some(r#"[{"ifname":"eth0","link_type":"ether"}]"#);
+    let failure = SocketCan::new(fake, "eth0").err().unwrap();
+    assert!(failure.message.contains("not a CAN interface"), "{failure}");
 }
