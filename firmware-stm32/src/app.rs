@@ -18,6 +18,7 @@ use core::mem::MaybeUninit;
 use cortex_m::peripheral::SCB;
 use cortex_m::singleton;
 use plumbline::application::Application;
+use plumbline::calibration_line;
 use plumbline::can::Filter;
 use plumbline::measure::{I32x3, ONE_G, Reading, SAMPLE_PERIOD};
 use plumbline::node::driver::{Driver, Line, Platform, TwoPriorities};
@@ -121,8 +122,8 @@ fn start<N: ProductNode, E: Element>(
     clock::start(board.systick);
 
     // `plumbline calibrate` reads both.
-    info!("measuring element {=str}", E::PART.name());
-    info!("serial number {=u32}", board.serial);
+    calibration_line!(element, info, E::PART.name());
+    calibration_line!(serial, info, board.serial);
     let store = create_store::<N>(store, board.flash, N::owner(article, board.serial));
     store.scan();
     watchdog.feed();
@@ -299,10 +300,7 @@ impl<N: ProductNode, E: Element + 'static> App<N, E> {
                 let [x, y, z] = micro_g(reading);
                 let [gx, gy, gz] = milli_rate(reading);
                 let temperature = reading.temperature;
-                debug!(
-                    "acceleration {=i32} {=i32} {=i32} ug, {=i16} 0.01 degC, rate {=i32} {=i32} {=i32} mdps",
-                    x, y, z, temperature, gx, gy, gz
-                );
+                calibration_line!(reading, debug, x, y, z, temperature, gx, gy, gz);
             }
             return true;
         }

@@ -1,10 +1,13 @@
 //! The store file of a unit: the nonvolatile memory of the Blue Pill, of the Nucleo, or a new one.
 
-use bench::{Flash, Geometry, STORE_BUFFER};
+use bench::{Flash, Geometry, STORE_BUFFER, file};
 use plumbline::measure::Calibration;
 use plumbline::model::catalog::Product;
 use plumbline::store::{Owner, Store, Unit, crc32};
 use std::path::Path;
+
+/// The length of the longest store in bytes.
+const LONGEST: u64 = 1 << 20;
 
 /// The store of a unit in a file.
 type FileStore = Store<Flash, [u8; STORE_BUFFER]>;
@@ -23,7 +26,8 @@ pub fn calibrate(owner: Owner, calibration: &Calibration, path: &Path) -> Result
 /// The file cannot be read or written.
 pub fn identify(product: &Product, unit: &Unit, path: &Path) -> Result<(), String> {
     // An identity belongs to no chip, but the calibration beside it does.
-    let chip = std::fs::read(path).ok().and_then(|bytes| chip(&bytes));
+    let bytes = file::read(path, LONGEST).ok();
+    let chip = bytes.and_then(|bytes| chip(&bytes));
     let owner = product.owner(chip.unwrap_or(0));
     change(owner, path, |store| store.identify(unit))
 }

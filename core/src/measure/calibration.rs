@@ -54,6 +54,8 @@
 //! `drift` and `zero_drift`, repeat the measurement at a low and a high temperature `T1` and `T2`. Offset and zero rate are those at 25
 //! degC.
 
+mod log;
+
 use super::{I32x3, ONE_G, saturated};
 
 /// The length of an encoded [`Calibration`] in bytes.

@@ -17,7 +17,6 @@ use embedded_storage::nor_flash::{NorFlashError, NorFlashErrorKind};
 use faults::Fuse;
 use file::{FlashFile, first_bytes};
 pub use geometry::{Geometry, PAGE_SIZE};
-use std::fs::File;
 use std::io;
 use std::path::Path;
 
@@ -108,7 +107,8 @@ impl Flash {
     /// written, programming and erasing fail.
     ///
     /// # Errors
-    /// The file exists but cannot be read, is in use by another program ([`io::ErrorKind::ResourceBusy`]), or is longer than the
+    /// The file exists but cannot be read, is not a regular file ([`io::ErrorKind::InvalidInput`]), is in use by another program
+    /// ([`io::ErrorKind::ResourceBusy`]), or is longer than the
     /// memory ([`io::ErrorKind::InvalidData`]).
     pub fn in_file(geometry: Geometry, path: &Path) -> io::Result<Self> {
         let (file, bytes) = FlashFile::open(path, geometry.size())?;
@@ -125,7 +125,7 @@ impl Flash {
     /// The file cannot be read.
     pub fn read_only(geometry: Geometry, path: &Path) -> io::Result<Self> {
         let size = geometry.size();
-        let mut bytes = first_bytes(&File::open(path)?, size)?;
+        let mut bytes = first_bytes(&crate::file::open(path)?, size)?;
         bytes.resize(size, 0xFF);
         Ok(Self {
             fail_writes: true,

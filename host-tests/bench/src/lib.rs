@@ -21,6 +21,7 @@ mod bus;
 mod controller;
 mod device;
 pub mod fault;
+pub mod file;
 mod flash;
 mod hardware;
 pub mod motion;

@@ -41,7 +41,7 @@ fn main() -> ExitCode {
 
 fn run(options: &Options) -> Result<(), String> {
     let name = options.positions.display().to_string();
-    let text = std::fs::read_to_string(&options.positions)
+    let text = bench::file::read_text(&options.positions)
         .map_err(|error| format!("cannot read {name}: {error}"))?;
     let calibration = calibration(&name, &text)?;
     let product = find(&options.model).ok_or("there is no such product")?;

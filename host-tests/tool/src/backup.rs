@@ -18,7 +18,8 @@ mod file;
 mod set;
 mod texts;
 
-pub use file::{Unread, read_file, read_text, write_file};
+pub use bench::file::{Unread, read as read_file, read_text};
+pub use file::write_file;
 
 use crate::eds::shown;
 use crate::failure::Failure;

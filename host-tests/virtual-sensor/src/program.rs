@@ -2,6 +2,7 @@
 
 use crate::server::{Clock, Log, RunError, Server, StatusLine, tcp};
 use bench::fault::{FaultFrom, Faulty};
+use bench::file::Unread;
 use bench::scene::{Axes, Scene, SceneArgument, SceneError};
 use bench::{Bus, BusRate, Device, Flash, Geometry, NodeType};
 use clap::Parser;
@@ -249,6 +250,12 @@ fn has_article(product: &Product, wanted: &str) -> bool {
 /// The memory in `path`, which is created if it does not exist. If it cannot be written, reports it at once and not at the first
 /// save; the sensor continues with its contents.
 fn open_store(geometry: Geometry, path: &Path) -> Result<Flash, Failure> {
+    let unusable = |error| cannot(format!("use the store {}", path.display()))(error);
+    // The opening of a pipe would wait without end.
+    match bench::file::open(path) {
+        Err(why @ Unread::Unfit(_)) => return Err(unusable(why.into())),
+        Err(Unread::Failed(_)) | Ok(_) => {}
+    }
     let writable = OpenOptions::new()
         .write(true)
         .create(true)
@@ -257,7 +264,7 @@ fn open_store(geometry: Geometry, path: &Path) -> Result<Flash, Failure> {
     let problem = match (Flash::in_file(geometry, path), writable) {
         (Ok(flash), Ok(_)) => return Ok(flash),
         (Err(error), _) if error.kind() == ErrorKind::ResourceBusy => {
-            return Err(cannot(format!("use the store {}", path.display()))(error));
+            return Err(unusable(error));
         }
         (Err(error), _) | (Ok(_), Err(error)) => error,
     };
@@ -271,10 +278,13 @@ fn open_store(geometry: Geometry, path: &Path) -> Result<Flash, Failure> {
     }))
 }
 
+/// The length of the longest ELF file in bytes.
+const LONGEST_ELF: u64 = 1 << 28;
+
 /// The firmware image in an ELF file; checks the model, if the file has symbols.
 fn open_image(path: &Path, model: &str) -> Result<Rc<Image>, Failure> {
     let what = format!("read the firmware image {}", path.display());
-    let elf = std::fs::read(path).map_err(cannot(&what))?;
+    let elf = bench::file::read(path, LONGEST_ELF).map_err(|why| cannot(&what)(why.into()))?;
     let image =
         Image::parse(&elf).map_err(|error| Failure::Outside(format!("cannot {what}: {error}")))?;
     let other = image.program().filter(|program| *program != model);

@@ -1,5 +1,6 @@
 //! A file as a flash memory: killing and restarting the program is a power cycle.
 
+use crate::file;
 use std::fs::{File, OpenOptions};
 use std::io::{self, ErrorKind, Read, Seek, SeekFrom, Write};
 use std::ops::Range;
@@ -18,15 +19,16 @@ impl FlashFile {
     /// read as erased. The file is locked until the memory is dropped.
     ///
     /// # Errors
-    /// The file cannot be read, is in use by another program ([`ErrorKind::ResourceBusy`]), or is too long
+    /// The file cannot be read, is not a regular file ([`ErrorKind::InvalidInput`]), is in use by another program
+    /// ([`ErrorKind::ResourceBusy`]), or is too long
     /// ([`ErrorKind::InvalidData`]): such a file has another purpose and must not be overwritten.
     pub(super) fn open(path: &Path, size: usize) -> io::Result<(Self, Option<Vec<u8>>)> {
-        let mut file = Self {
+        let mut own = Self {
             path: path.to_owned(),
             _lock: None,
         };
-        let opened = match File::open(path) {
-            Err(error) if error.kind() == ErrorKind::NotFound => return Ok((file, None)),
+        let opened = match file::open(path).map_err(io::Error::from) {
+            Err(error) if error.kind() == ErrorKind::NotFound => return Ok((own, None)),
             opened => opened?,
         };
         // On Windows a lock would also refuse the writes of this program.
@@ -46,12 +48,12 @@ impl FlashFile {
                 format!("the file is longer than the {size} bytes of the memory of a sensor");
             return Err(io::Error::new(ErrorKind::InvalidData, what));
         }
-        file._lock = Some(opened);
+        own._lock = Some(opened);
         if bytes.is_empty() {
-            return Ok((file, None));
+            return Ok((own, None));
         }
         bytes.resize(size, 0xFF);
-        Ok((file, Some(bytes)))
+        Ok((own, Some(bytes)))
     }
 
     /// Writes a change: `memory` is the complete memory after the change, `changed` the range of changed bytes. Only that range

@@ -1,6 +1,7 @@
 //! A motion recorded in a CSV file.
 
 use super::Sample;
+use crate::file;
 use std::ops::Range;
 use std::path::Path;
 
@@ -8,6 +9,9 @@ use std::path::Path;
 const COLUMNS: [&str; 9] = [
     "t_s", "ax_g", "ay_g", "az_g", "gx_dps", "gy_dps", "gz_dps", "temp_c", "supply_v",
 ];
+
+/// The length of the longest file in bytes: a day with 100 rows/s.
+const LONGEST: u64 = 1 << 30;
 
 /// The columns that every file has.
 const REQUIRED: usize = 4;
@@ -32,12 +36,14 @@ impl Recording {
     /// Reads the file; an error is one sentence that names the file and the line.
     pub(super) fn open(path: &Path) -> Result<Self, String> {
         let name = path.display();
-        let bytes = std::fs::read(path).map_err(|error| format!("cannot read {name}: {error}"))?;
-        Self::parse(&bytes).map_err(|Mistake { line, what }| format!("{name}:{line}: {what}"))
+        let bytes =
+            file::read(path, LONGEST).map_err(|why| format!("cannot read {name}: {why}"))?;
+        let text = file::decoded(&bytes).text;
+        Self::parse(text.as_bytes())
+            .map_err(|Mistake { line, what }| format!("{name}:{line}: {what}"))
     }
 
     fn parse(bytes: &[u8]) -> Result<Self, Mistake> {
-        let bytes = bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes);
         let mut lines = bytes
             .split(|byte| *byte == b'\n')
             .enumerate()

@@ -11,6 +11,7 @@
 use super::demo;
 use crate::failure::Failure;
 use host_tests::calibrate::Side;
+use plumbline::calibration_line;
 use plumbline::measure::calibration::Part;
 use std::fmt::{self, Display, Formatter};
 use std::io::{BufRead, BufReader, Read};
@@ -41,32 +42,53 @@ pub enum Message {
     Sample(Sample),
 }
 
+/// The formats of the lines, which the firmware has from the same place.
+const ELEMENT: &str = calibration_line!(element, concat);
+const SERIAL: &str = calibration_line!(serial, concat);
+const READING: &str = calibration_line!(reading, concat);
+
+/// A reading of the firmware before it had the angular rate.
+const OLDER_READING: &str = "acceleration {=i32} {=i32} {=i32} ug, {=i16} 0.01 degC";
+
 /// The message in a line of the log; None: the line has another one.
 pub fn message(line: &str) -> Option<Message> {
-    if let Some((_, rest)) = line.split_once("measuring element ") {
-        let name = rest.split_whitespace().next()?;
+    if let Some([name]) = fields(line, ELEMENT) {
         let known = Part::ALL.iter().find(|part| part.name() == name);
         return Some(Message::Element(known.copied()));
     }
-    if let Some((_, rest)) = line.split_once("acceleration ") {
-        let words: Vec<&str> = rest.split_whitespace().collect();
-        let [x, y, z, "ug,", temperature, ref rest @ ..] = words[..] else {
-            return None;
-        };
-        let [gx, gy, gz] = match *rest {
-            ["0.01", "degC,", "rate", gx, gy, gz, "mdps", ..] => [gx, gy, gz],
-            _ => ["0"; 3],
-        };
-        let number = |text: &str, unit: f64| Some(f64::from(text.parse::<i32>().ok()?) * unit);
-        return Some(Message::Sample(Sample {
-            acceleration: [number(x, 1e-6)?, number(y, 1e-6)?, number(z, 1e-6)?],
-            rate: [number(gx, 1e-3)?, number(gy, 1e-3)?, number(gz, 1e-3)?],
-            temperature: number(temperature, 0.01)?,
-        }));
+    if let Some([serial]) = fields(line, SERIAL) {
+        return Some(Message::Serial(serial.parse().ok()?));
     }
-    let (_, rest) = line.split_once("serial number ")?;
-    let serial = rest.split_whitespace().next()?.parse().ok()?;
-    Some(Message::Serial(serial))
+    let [x, y, z, temperature, gx, gy, gz] = fields(line, READING).or_else(|| {
+        let [x, y, z, temperature] = fields(line, OLDER_READING)?;
+        Some([x, y, z, temperature, "0", "0", "0"])
+    })?;
+    let number = |text: &str, unit: f64| Some(f64::from(text.parse::<i32>().ok()?) * unit);
+    Some(Message::Sample(Sample {
+        acceleration: [number(x, 1e-6)?, number(y, 1e-6)?, number(z, 1e-6)?],
+        rate: [number(gx, 1e-3)?, number(gy, 1e-3)?, number(gz, 1e-3)?],
+        temperature: number(temperature, 0.01)?,
+    }))
+}
+
+/// The values in a line of this format, which is somewhere in the line; None: it has another format.
+fn fields<'a, const N: usize>(line: &'a str, format: &str) -> Option<[&'a str; N]> {
+    let mut parts = format.split("{=").map(|part| match part.split_once('}') {
+        Some((_, text)) => text,
+        None => part,
+    });
+    let (_, mut rest) = line.split_once(parts.next()?)?;
+    let mut values = [""; N];
+    for (value, text) in values.iter_mut().zip(parts) {
+        let end = rest.find([' ', ',', '\r']).unwrap_or(rest.len());
+        let (own, behind) = rest.split_at(end);
+        rest = behind.strip_prefix(text)?;
+        *value = own;
+    }
+    values
+        .iter()
+        .all(|value| !value.is_empty())
+        .then_some(values)
 }
 
 /// Where the log comes from.
@@ -178,10 +200,13 @@ impl Log {
     }
 }
 
-/// The lines of an output, also if they are not UTF-8.
+/// The lines of an output, also if they are not UTF-8. In UTF-16, which some shells write, each letter of ASCII has a zero beside it.
 fn lines(output: impl Read) -> impl Iterator<Item = String> {
     let lines = BufReader::new(output).split(b'\n').map_while(Result::ok);
-    lines.map(|line| String::from_utf8_lossy(&line).into_owned())
+    lines.map(|mut line| {
+        line.retain(|byte| *byte != 0);
+        String::from_utf8_lossy(&line).into_owned()
+    })
 }
 
 impl Drop for Log {
@@ -228,6 +253,47 @@ mod tests {
                 assert_eq!(message(&line), Some(Message::Element(part)));
             }
         }
+    }
+
+    #[test]
+    fn log_in_utf_16_has_the_same_messages() {
+        let text = "\u{FEFF}0.0 [INFO ] serial number 7\r\n0.1 [INFO ] serial number 8\r\n";
+        for unit in [u16::to_le_bytes, u16::to_be_bytes] {
+            let bytes: Vec<u8> = text.encode_utf16().flat_map(unit).collect();
+            let messages: Vec<Message> = lines(&bytes[..])
+                .filter_map(|line| message(&line))
+                .collect();
+            assert_eq!(messages, [Message::Serial(7), Message::Serial(8)]);
+        }
+    }
+
+    /// A line that the firmware writes with these values.
+    fn written(format: &str, values: &[&str]) -> String {
+        let mut parts = format.split("{=");
+        let mut line = format!("0.0625 [DEBUG] {}", parts.next().unwrap_or_default());
+        for (part, value) in parts.zip(values) {
+            let (_, text) = part.split_once('}').expect("a placeholder");
+            line += &format!("{value}{text}");
+        }
+        line + " (firmware_stm32 firmware-stm32/src/app.rs:330)"
+    }
+
+    #[test]
+    fn every_line_that_the_firmware_writes_is_read() {
+        let element = written(ELEMENT, &["adxl355"]);
+        let known = Message::Element(Some(Part::Adxl355));
+        assert_eq!(message(&element), Some(known), "{element}");
+        let serial = written(SERIAL, &["42"]);
+        assert_eq!(message(&serial), Some(Message::Serial(42)), "{serial}");
+        let reading = written(
+            READING,
+            &["1000000", "0", "-2000000", "2510", "1", "2", "-3"],
+        );
+        let Some(Message::Sample(sample)) = message(&reading) else {
+            panic!("{reading}");
+        };
+        assert_eq!(sample.acceleration, [1.0, 0.0, -2.0]);
+        assert_eq!(sample.rate, [0.001, 0.002, -0.003]);
     }
 
     #[test]

@@ -9,7 +9,7 @@ pub fn is_data_sheet(text: &str) -> bool {
     text.lines().any(|line| line.trim_start().starts_with('['))
 }
 
-/// The text of a file in UTF-8 or Latin-1.
+/// The text of a file in UTF-8, UTF-16 or Latin-1.
 pub fn text(bytes: &[u8]) -> String {
     text_of(bytes)
 }

@@ -19,6 +19,7 @@ use crate::output::Terminal;
 use crate::session::Session;
 use crate::sheet::rows::{Row, fact, named};
 use crate::sheet::{Address, Entry, Origin, Sheet, kebab};
+use bench::file::decoded;
 use plumbline::model::catalog::{Article, PRODUCTS, Product, Protocol};
 use plumbline::param::{DataType, ParameterId};
 use std::collections::{HashMap, HashSet};
@@ -126,7 +127,7 @@ pub fn read(path: &Path) -> Result<Sheet, Failure> {
     parse(&bytes).map_err(|why| bad(&why))
 }
 
-/// The sheet of a file, in UTF-8 or Latin-1. The same bytes give the same product.
+/// The sheet of a file, in UTF-8, UTF-16 or Latin-1. The same bytes give the same product.
 ///
 /// # Errors
 /// One sentence: why it is none, or that the process has read too many different ones.
@@ -156,23 +157,9 @@ fn parse_among(kept: &mut Vec<Sheet>, bytes: &[u8]) -> Result<Sheet, String> {
     Ok(sheet)
 }
 
-/// The text without byte order marks, which a joined file also has in the middle: UTF-8, UTF-16 with a mark at its beginning, else Latin-1.
+/// The text of a data sheet: many are in Latin-1.
 fn text_of(bytes: &[u8]) -> String {
-    let unit: fn([u8; 2]) -> u16 = match bytes {
-        [0xFF, 0xFE, ..] => u16::from_le_bytes,
-        [0xFE, 0xFF, ..] => u16::from_be_bytes,
-        _ => {
-            let latin = || bytes.iter().copied().map(char::from).collect::<String>();
-            let text = str::from_utf8(bytes).map_or_else(|_| latin(), str::to_owned);
-            return text
-                .replace('\u{FEFF}', "")
-                .replace("\u{EF}\u{BB}\u{BF}", "");
-        }
-    };
-    let units = bytes.as_chunks().0.iter().map(|pair| unit(*pair));
-    let letters = char::decode_utf16(units);
-    let letters = letters.map(|letter| letter.unwrap_or(char::REPLACEMENT_CHARACTER));
-    letters.filter(|letter| *letter != '\u{FEFF}').collect()
+    decoded(bytes).text
 }
 
 /// The parts of a file with entries.

@@ -88,12 +88,20 @@ fn store_of_another_sensor_is_refused() {
 
 #[cfg(unix)]
 #[test]
-fn endless_store_is_damaged_memory() {
-    let sensor = Sensor::start(&["--store", "/dev/zero"]);
-    let mut client = Client::awake(&sensor);
-    client.say("t300102");
-    // EEPROMError, and factory values.
-    assert_eq!(client.find("t301202"), "t30120207");
+fn file_that_is_not_regular_is_refused() {
+    let pipe = new_path("pipe.csv");
+    let made = std::process::Command::new("mkfifo").arg(&pipe).status();
+    assert!(made.expect("mkfifo").success());
+    let pipe = text(&pipe);
+    for (option, path) in [
+        ("--store", pipe),
+        ("--store", "/dev/zero"),
+        ("--store", "/"),
+        ("--elf", pipe),
+        ("--elf", "/dev/zero"),
+    ] {
+        assert_fails(&[option, path], 1, &[path, "it is not a regular file"]);
+    }
 }
 
 #[test]
