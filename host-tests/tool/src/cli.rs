@@ -2,7 +2,7 @@
 
 use crate::ops::Request;
 use crate::scan::kbits;
-use clap::{Args, Parser, Subcommand, ValueEnum};
+use clap::{Args, CommandFactory, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
 use plumbline::can::BitRate;
 use serde::Deserialize;
@@ -167,6 +167,9 @@ pub enum Command {
     Diff {
         /// A TOML file of `backup`
         file: PathBuf,
+        /// End with exit code 1 if a setting differs
+        #[arg(long)]
+        exit_code: bool,
     },
     /// Show the angles
     Watch {
@@ -277,6 +280,42 @@ pub enum Command {
         #[arg(long, value_name = "FOLDER")]
         out: Option<PathBuf>,
     },
+}
+
+/// The command line, in which the help of a command shows only the options that it uses.
+pub fn command() -> clap::Command {
+    let mut command = Cli::command();
+    // Gives the commands the options of all commands.
+    command.build();
+    command.mut_subcommands(|own| {
+        let unused = unused(own.get_name());
+        own.mut_args(|option| {
+            let is_unused = unused.contains(&option.get_id().as_str());
+            let is_hidden = option.is_hide_set() || is_unused;
+            option.hide(is_hidden)
+        })
+    })
+}
+
+/// The options that a command does not use.
+fn unused(command: &str) -> &'static [&'static str] {
+    const ALL: [&str; 11] = [
+        "json", "yes", "config", "port", "rate", "id", "node", "mac", "address", "product", "eds",
+    ];
+    match command {
+        "completions" | "man" | "help" => &ALL,
+        "ports" => &ALL[1..],
+        "calibrate" => &[
+            "config", "port", "rate", "id", "node", "mac", "address", "eds",
+        ],
+        "log" => &["config", "id", "node", "mac", "address", "product", "eds"],
+        "scan" => &["id", "node", "mac", "address", "product", "eds"],
+        "node-id" => &["id", "mac", "address", "eds"],
+        "mac" => &["id", "node", "address", "eds"],
+        "address" => &["id", "node", "mac", "eds"],
+        "rate" | "zero" | "teach" => &["eds"],
+        _ => &[],
+    }
 }
 
 /// One of the ten bit rates, in kbit/s, or `auto`.

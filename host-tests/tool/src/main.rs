@@ -1,12 +1,12 @@
 //! The program `plumbline`: see `plumbline --help`.
 
-use clap::Parser;
+use clap::FromArgMatches;
 use plumbline_tool::bar::TerminalBar;
-use plumbline_tool::cli::Cli;
+use plumbline_tool::cli::{self, Cli};
 use plumbline_tool::command::run;
 use plumbline_tool::failure::Failure;
-use plumbline_tool::output::Terminal;
-use std::io::{IsTerminal, Write, stderr, stdin, stdout};
+use plumbline_tool::output::{CLOSED, Terminal};
+use std::io::{ErrorKind, IsTerminal, Write, stderr, stdin, stdout};
 use std::process::ExitCode;
 use std::rc::Rc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -15,7 +15,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 static STOPPED: AtomicBool = AtomicBool::new(false);
 
 fn main() -> ExitCode {
-    let cli = match Cli::try_parse() {
+    let matches = cli::command().try_get_matches();
+    let cli = match matches.and_then(|matches| Cli::from_arg_matches(&matches)) {
         Ok(cli) => cli,
         Err(error) => return usage(&error),
     };
@@ -48,6 +49,7 @@ fn main() -> ExitCode {
     terminal.hide();
     match result {
         Ok(()) => ExitCode::SUCCESS,
+        Err(failure) if failure.code == CLOSED => ExitCode::SUCCESS,
         Err(failure) => {
             if json && !failure.has_document {
                 print(&mut stdout(), &failure.json().to_string());
@@ -69,11 +71,10 @@ fn usage(error: &clap::Error) -> ExitCode {
         print(&mut stdout(), &failure.json().to_string());
         return ExitCode::from(failure.kind.exit_code());
     }
-    let is_printed = error.print().is_ok();
-    match (is_error, is_printed) {
-        (true, _) => ExitCode::from(2),
-        (false, true) => ExitCode::SUCCESS,
-        (false, false) => ExitCode::from(4),
+    match error.print() {
+        _ if is_error => ExitCode::from(2),
+        Err(error) if error.kind() != ErrorKind::BrokenPipe => ExitCode::from(4),
+        _ => ExitCode::SUCCESS,
     }
 }
 

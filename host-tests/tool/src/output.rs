@@ -3,7 +3,7 @@
 use crate::failure::Failure;
 use crate::ops::Report;
 use serde_json::Value;
-use std::io::Write;
+use std::io::{ErrorKind, Write};
 use std::rc::Rc;
 
 /// The progress of a command.
@@ -113,7 +113,14 @@ impl Terminal<'_> {
     }
 }
 
-/// The failure of an output that nobody reads any more.
+/// The code of the failure that nobody reads the output any more, for example after `| head -1`. The program ends without a message.
+pub const CLOSED: &str = "output-closed";
+
+/// The failure of an output that cannot be written.
 pub(crate) fn closed(error: std::io::Error) -> Failure {
-    Failure::bus("output-closed", format!("cannot write the output: {error}"))
+    let code = match error.kind() {
+        ErrorKind::BrokenPipe => CLOSED,
+        _ => "no-output",
+    };
+    Failure::bus(code, format!("cannot write the output: {error}"))
 }

@@ -1,9 +1,8 @@
 //! `completions` and `man`, which are made from the definition of the command line.
 
-use crate::cli::Cli;
+use crate::cli;
 use crate::failure::Failure;
 use crate::output::{Terminal, closed};
-use clap::CommandFactory;
 use clap_complete::Shell;
 use clap_mangen::Man;
 use std::path::Path;
@@ -15,7 +14,7 @@ use std::path::Path;
 pub fn completions(shell: Shell, terminal: &mut Terminal) -> Result<(), Failure> {
     // The generator panics at an output that is closed.
     let mut script = Vec::new();
-    clap_complete::generate(shell, &mut Cli::command(), "plumbline", &mut script);
+    clap_complete::generate(shell, &mut cli::command(), "plumbline", &mut script);
     print(&script, terminal)
 }
 
@@ -28,7 +27,7 @@ pub fn man(
     out: Option<&Path>,
     terminal: &mut Terminal,
 ) -> Result<(), Failure> {
-    let program = Cli::command().disable_help_subcommand(true);
+    let program = cli::command().disable_help_subcommand(true);
     if let Some(folder) = out {
         let written = std::fs::create_dir_all(folder)
             .and_then(|()| clap_mangen::generate_to(program, folder));

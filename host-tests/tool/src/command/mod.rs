@@ -5,6 +5,7 @@ pub(crate) mod file;
 mod help;
 pub mod identity;
 mod parameters;
+mod place;
 mod ports;
 mod record;
 pub(crate) mod restore;
@@ -25,6 +26,7 @@ use crate::output::Terminal;
 use crate::scan;
 use crate::serve;
 use crate::session::Session;
+use place::Place;
 use std::path::Path;
 
 /// Opens the adapter of a port.
@@ -172,9 +174,17 @@ fn on_bus(cli: &Cli, bus: &mut Bus, terminal: &mut Terminal) -> Result<(), Failu
                 Request::Label { .. } => Labels::open(options.config.as_deref())?,
                 _ => Labels::default(),
             };
-            let report = bus.with_found(terminal, |session, found, terminal| {
-                ops::perform(request, session, found, (&mut labels, false), terminal)
+            let (report, told) = bus.with_found(terminal, |session, found, terminal| {
+                // After a restart the sensor needs some time before it answers.
+                let next = matches!(request, Request::Restart).then(|| Place::next(session));
+                let report = ops::perform(request, session, found, (&mut labels, false), terminal)?;
+                let place = next.map_or_else(|| Place::now(session), Place::restarted);
+                let told = place::moves(request).then(|| place.told(options, session, found));
+                Ok((report, told))
             })?;
+            if let Some(told) = told {
+                terminal.note(told);
+            }
             terminal.report(&report)
         }
         Command::Backup { file } => bus.with_found(terminal, |session, found, terminal| {
@@ -184,13 +194,15 @@ fn on_bus(cli: &Cli, bus: &mut Bus, terminal: &mut Terminal) -> Result<(), Failu
             let mut labels = bus.labels(terminal);
             bus.with_found(terminal, |session, found, terminal| {
                 let (document, name) = restore::restore(session, found, file, only, terminal)?;
+                let place = Place::next(session);
+                terminal.note(place.told(options, session, found));
                 terminal.document(&document)?;
                 ops::label::take_over(&mut labels, found, name.as_deref(), terminal);
                 Ok(())
             })
         }
-        Command::Diff { file } => bus.with(terminal, |session, terminal| {
-            restore::diff(session, file, terminal)
+        Command::Diff { file, exit_code } => bus.with(terminal, |session, terminal| {
+            restore::diff(session, file, *exit_code, terminal)
         }),
         Command::Watch {
             names,

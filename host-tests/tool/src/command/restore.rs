@@ -118,10 +118,11 @@ fn document(differences: &[Difference]) -> Value {
     Value::Object(rows.collect::<Map<_, _>>())
 }
 
-/// Prints the settings of a file that differ from the sensor.
+/// Prints the settings of a file that differ from the sensor. With `exit_code` a difference is a failure.
 pub(super) fn diff(
     session: &mut Session,
     path: &Path,
+    exit_code: bool,
     terminal: &mut Terminal,
 ) -> Result<(), Failure> {
     let backup = read(session, path)?;
@@ -130,7 +131,17 @@ pub(super) fn diff(
         terminal.line(format!("the sensor has the settings of {}", path.display()))?;
     }
     show(&differences, terminal)?;
-    terminal.document(&document(&differences))
+    terminal.document(&document(&differences))?;
+    match differences.len() {
+        count @ 1.. if exit_code => {
+            let message = format!(
+                "{count} settings of the sensor differ from {}",
+                path.display()
+            );
+            Err(Failure::refused("different", message).after_document())
+        }
+        _ => Ok(()),
+    }
 }
 
 /// Writes the settings of a file that differ from the sensor, reads them back and stores them. Returns the document with them, and
@@ -167,13 +178,14 @@ pub(crate) fn restore(
         backup.values.retain(|(entry, _)| is_wanted(entry));
     }
     let found_differences = differences(session, &backup)?;
-    if found_differences.is_empty() {
-        terminal.line(format!(
+    // Settings are restored also if nobody reads the output.
+    let _ = match found_differences.is_empty() {
+        true => terminal.line(format!(
             "the sensor has the settings of {} already",
             path.display()
-        ))?;
-    }
-    show(&found_differences, terminal)?;
+        )),
+        false => show(&found_differences, terminal),
+    };
     let values_of = |differences: &[Difference]| -> plan::Values {
         let values = differences.iter();
         values.map(|one| (one.entry.clone(), one.raw)).collect()

@@ -6,7 +6,7 @@ use crate::connect;
 use crate::cyclic::Cyclic;
 use crate::failure::Failure;
 use crate::ops::set;
-use crate::output::Terminal;
+use crate::output::{Terminal, closed};
 use crate::resolve;
 use crate::sample::{Sample, Sampler};
 use crate::session::Session;
@@ -293,11 +293,12 @@ pub(super) fn log(
             let time = epoch + time::Duration::from_micros(passed.ticks());
             let text = log_line(time, INTERFACE, &frame);
             count += 1;
-            let written = match &mut file {
-                Some(file) => writeln!(file, "{text}"),
-                None => writeln!(terminal.out, "{text}"),
-            };
-            written.map_err(|error| unwritten(path, &error))?;
+            match &mut file {
+                Some(file) => {
+                    writeln!(file, "{text}").map_err(|error| unwritten(path, &error))?;
+                }
+                None => writeln!(terminal.out, "{text}").map_err(closed)?,
+            }
         }
         if end.is_some_and(|end| link.now() >= end) {
             break;

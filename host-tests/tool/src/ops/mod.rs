@@ -7,7 +7,7 @@ pub(crate) mod get;
 pub mod identity;
 pub mod j1939;
 pub(crate) mod label;
-mod rate;
+pub(crate) mod rate;
 pub(crate) mod raw;
 pub mod report;
 pub mod request;

@@ -88,11 +88,12 @@ pub(super) fn rate(
     }
 }
 
-/// The parameter of the bit rate, and its raw number for a rate.
-fn code(session: &Session, new: NewRate) -> Result<(Entry, u32), Failure> {
-    let product = session.sheet.product;
-    let wanted = new.fixed();
-    let (id, mut rates): (ParameterId, Vec<(u32, Option<BitRate>)>) = match &product.protocol {
+/// The raw numbers of bit rates; None: automatic detection.
+type Codes = Vec<(u32, Option<BitRate>)>;
+
+/// The parameter of the bit rate, and its raw numbers.
+fn codes(session: &Session) -> Result<(ParameterId, Codes), Failure> {
+    Ok(match &session.sheet.product.protocol {
         Protocol::Fsc(tables) => {
             let rates = (0..).zip(tables.roles.bit_rates.iter().copied());
             (tables.roles.bit_rate, rates.collect())
@@ -110,7 +111,14 @@ fn code(session: &Session, new: NewRate) -> Result<(Entry, u32), Failure> {
             let message = "J1939 has no parameter with the bit rate";
             return Err(Failure::usage("not-offered", message));
         }
-    };
+    })
+}
+
+/// The parameter of the bit rate, and its raw number for a rate.
+fn code(session: &Session, new: NewRate) -> Result<(Entry, u32), Failure> {
+    let product = session.sheet.product;
+    let wanted = new.fixed();
+    let (id, mut rates) = codes(session)?;
     let entry = session.entry(id)?;
     // A product does not need to have all rates of its protocol.
     rates.retain(|(raw, _)| entry.check(*raw, &entry.scale).is_ok());
@@ -151,8 +159,17 @@ fn reachable(session: &mut Session, new: NewRate) -> Result<(), Failure> {
     }
 }
 
+/// The bit rate after the restart: a changed one acts then. With automatic detection it is that of the bus.
+pub(crate) fn next_rate(session: &mut Session) -> Result<Option<BitRate>, Failure> {
+    let (id, rates) = codes(session)?;
+    let entry = session.entry(id)?;
+    let raw = session.read(&entry)?;
+    let next = rates.iter().find(|(code, _)| *code == raw);
+    Ok(next.and_then(|(_, rate)| *rate).or(session.link.rate()))
+}
+
 /// The address after the restart: a changed one acts then too.
-fn next_target(session: &mut Session) -> Result<Target, Failure> {
+pub(crate) fn next_target(session: &mut Session) -> Result<Target, Failure> {
     let product = session.sheet.product;
     let is_j1939 = matches!(session.target, Target::J1939(_));
     let mut value = |id: ParameterId| {

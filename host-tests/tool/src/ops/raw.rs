@@ -3,11 +3,11 @@
 use super::Report;
 use crate::client::devicenet::Path;
 use crate::client::sdo::{Answer, reason};
-use crate::client::{Link, fsc, j1939};
+use crate::client::{Link, fsc, j1939, refusal};
 use crate::failure::Failure;
 use crate::session::Target;
 use plumbline::canopen::Abort;
-use plumbline::fsc::table::Operation;
+use plumbline::fsc::table::{Function, Operation};
 use plumbline::model::catalog::{PRODUCTS, Protocol};
 
 /// The abort codes of a write with the wrong number of bytes.
@@ -38,6 +38,9 @@ fn answered(link: &mut Link, target: Target, request: &str) -> Result<Vec<u8>, F
                 [] if only_reads(code) => fsc::must(link, sensor, code, fsc::SAVED)?,
                 _ => fsc::once(link, sensor, code, data, fsc::SAVED)?,
             };
+            if changes(code, data) && reply.status & errors() != 0 {
+                return Err(refused(request, &reply));
+            }
             Ok([&[code, reply.status], &reply.data[..]].concat())
         }
         Target::J1939(address) if !request.contains(':') => group(link, address, request),
@@ -81,6 +84,27 @@ fn answered(link: &mut Link, target: Target, request: &str) -> Result<Vec<u8>, F
     }
 }
 
+/// The bits of the status that tell a refusal, which all GEMAC sensors have at the same places.
+fn errors() -> u8 {
+    let fsc = PRODUCTS
+        .iter()
+        .filter_map(|product| match &product.protocol {
+            Protocol::Fsc(tables) => Some(fsc::errors(tables)),
+            _ => None,
+        });
+    fsc.reduce(|all, own| all & own).unwrap_or(0)
+}
+
+/// A GEMAC sensor has refused a request. The bits stay until the status is read.
+fn refused(request: &str, reply: &fsc::Reply) -> Failure {
+    let message = format!(
+        "the sensor refused {request}, or an earlier request: its answer has the status {:02X}h. {}; `plumbline raw 02` reads and clears the status",
+        reply.status,
+        refusal::LIST
+    );
+    Failure::refused("refused", message)
+}
+
 /// The sensor has refused the number of bytes.
 fn wrong_length(what: &str, code: u32, mut data: Vec<u8>, length: usize) -> Failure {
     data.resize(length, 0);
@@ -94,6 +118,18 @@ fn wrong_length(what: &str, code: u32, mut data: Vec<u8>, length: usize) -> Fail
 
 fn joined(bytes: &[u8]) -> String {
     bytes.iter().map(|byte| format!("{byte:02X}")).collect()
+}
+
+/// Whether a request writes. A read of the status has the bits of earlier requests.
+fn changes(code: u8, data: &[u8]) -> bool {
+    let is_status = |own: &Function| own.code == code && own.operation == Operation::ReadStatus;
+    let reads_status = || {
+        PRODUCTS.iter().any(|product| match &product.protocol {
+            Protocol::Fsc(tables) => tables.functions.iter().any(is_status),
+            _ => false,
+        })
+    };
+    !data.is_empty() || !(only_reads(code) || reads_status())
 }
 
 /// Whether a code without data changes nothing in any product, so that it can be repeated.

@@ -97,6 +97,73 @@ fn node_id_is_written_stored_and_checked() {
 }
 
 #[test]
+fn command_that_can_move_the_sensor_tells_the_line_that_finds_it() {
+    for (product, before, command, line) in [
+        (
+            "is2",
+            "",
+            "restart",
+            "now: plumbline --port bench --rate 250 --id 300 get",
+        ),
+        (
+            "is2",
+            "set set-id=320h reply-id=361h --save",
+            "restart",
+            "now: plumbline --port bench --rate 250 --id 320 get",
+        ),
+        (
+            "is2",
+            "",
+            "rate 500",
+            "now: plumbline --port bench --rate 500 --id 300 get",
+        ),
+        (
+            "jn2101",
+            "",
+            "node-id 33",
+            "now: plumbline --port bench --rate 250 --node 33 get",
+        ),
+        (
+            "jn2101",
+            "set node-id=34 --save",
+            "restart",
+            "now: plumbline --port bench --rate 125 --node 34 get",
+        ),
+        (
+            "tiltix080",
+            "",
+            "mac 7",
+            "now: plumbline --port bench --rate 250 --mac 7 get",
+        ),
+    ] {
+        let mut rig = Rig::with(product);
+        if !before.is_empty() {
+            rig.done(before);
+        }
+        let ended = rig.tool(command);
+        assert_eq!(ended.code, 0, "{command}: {ended:?}");
+        assert!(ended.notes.contains(line), "{command}: {ended:?}");
+    }
+}
+
+#[test]
+fn restore_tells_the_line_that_finds_the_sensor_after_its_restart() {
+    let path = super::rig::file("moved.toml");
+    let mut rig = Rig::with("is2");
+    rig.done(&format!("backup {}", path.display()));
+    rig.done(&format!(
+        "set set-id=320h reply-id=361h --file {}",
+        path.display()
+    ));
+    let ended = rig.tool(&format!("restore {}", path.display()));
+    let line = "after its next restart: plumbline --port bench --rate 250 --id 320 get";
+    assert!(ended.notes.contains(line), "{ended:?}");
+    let ended = rig.tool(&format!("restore {}", path.display()));
+    assert_eq!(ended.code, 0, "{ended:?}");
+    assert!(ended.notes.contains("--id 320 get"), "{ended:?}");
+}
+
+#[test]
 fn node_id_in_use_is_refused_and_changes_nothing() {
     let mut rig = Rig::with("jn2101");
     rig.attach("ims360", 2);

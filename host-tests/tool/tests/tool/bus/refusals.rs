@@ -127,6 +127,27 @@ fn refusal_of_the_sensor_is_exit_code_1_and_names_the_next_step() {
 }
 
 #[test]
+fn raw_request_that_a_gemac_sensor_refuses_is_exit_code_1() {
+    let mut rig = Rig::with("is2");
+    // A sensor that detects the bit rate does not answer the first frame.
+    rig.done("--rate 250 --id 300 get");
+    for (request, code) in [
+        ("25F401", 0),
+        ("250000", 1),
+        // A read has the bits of the earlier request in its status.
+        ("10", 0),
+        ("15", 0),
+        ("02", 0),
+        ("25F401", 0),
+    ] {
+        let ended = rig.tool(&format!("--rate 250 --id 300 raw {request}"));
+        assert_eq!(ended.code, code, "{request}: {ended:?}");
+        let is_told = ended.notes.contains("the sensor refused 250000");
+        assert_eq!(is_told, code == 1, "{ended:?}");
+    }
+}
+
+#[test]
 fn refusal_of_a_gemac_sensor_names_the_next_step() {
     // The tables of IS2 permit a value that IS1 does not have: zero point Y.
     let mut rig = Rig::with("is1");

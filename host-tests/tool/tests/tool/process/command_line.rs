@@ -107,30 +107,132 @@ fn port_without_a_target_names_the_form() {
     }
 }
 
+/// A command line of every command: the port, the words, and the exit code if it is not 0.
+const ALL: [(&str, &str, i32); 27] = [
+    ("demo:jn2101", "scan", 0),
+    ("demo:is2", "parameters", 0),
+    ("demo:is2", "get", 0),
+    ("demo:is2", "--json get", 0),
+    ("demo:is2", "set cyclic-time=300ms", 0),
+    ("demo:is2", "save", 0),
+    ("demo:is2", "load-factory --yes", 0),
+    ("demo:is2", "zero --yes", 0),
+    ("demo:jn2101", "teach --yes", 0),
+    ("demo:is2", "restart", 0),
+    ("demo:jn2101", "node-id 11", 0),
+    ("demo:tiltix080", "mac 7", 0),
+    ("demo:ims360/j1939", "--address 128 address 130", 0),
+    ("demo:is2", "rate 500 --yes", 0),
+    ("demo:is2", "label", 0),
+    ("demo:is2", "raw 10", 0),
+    ("demo:is2", "backup new.toml --yes", 0),
+    ("demo:is2", "restore old.toml --yes", 0),
+    // The demonstration has the values as delivered.
+    ("demo:is2", "diff old.toml --exit-code", 1),
+    ("demo:is2", "--json watch --seconds 3", 0),
+    ("demo:is2", "record new.csv --seconds 1 --yes", 0),
+    ("demo:jn2101", "log - --seconds 1", 0),
+    ("demo:is2", "calibrate sides.csv", 0),
+    ("demo:is2", "identity", 0),
+    ("demo:is2", "serve --demo --listen 127.0.0.1:0", 0),
+    ("demo:is2", "ports", 0),
+    ("demo:is2", "completions bash", 0),
+];
+
 #[test]
-fn closed_output_does_not_panic() {
-    for arguments in [
-        &["completions", "bash"][..],
-        &["man"],
-        &["get"],
-        &["--json", "get"],
-        &["--json", "watch", "--seconds", "3"],
-    ] {
+fn every_command_ends_quietly_if_nobody_reads_its_output() {
+    let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("closed");
+    let _ = std::fs::remove_dir_all(&folder);
+    std::fs::create_dir_all(&folder).expect("a folder");
+    let file = folder.join("old.toml");
+    let path = file.display();
+    assert!(
+        plumbline("demo:is2", &format!("backup {path}"))
+            .status
+            .success()
+    );
+    let set = format!("set cyclic-time=300ms --file {path}");
+    assert!(plumbline("demo:is2", &set).status.success());
+    let sides = "up,ax_g,ay_g,az_g,temp_c\n+x,1,0,0,25\n-x,-1,0,0,25\n+y,0,1,0,25\n-y,0,-1,0,25\n+z,0,0,1,25\n-z,0,0,-1,25\n";
+    std::fs::write(folder.join("sides.csv"), sides).expect("a file");
+    let others = [("", "man", 0), ("", "--help", 0), ("", "get --help", 0)];
+    for (port, words, code) in ALL.into_iter().chain(others) {
         // The pipe is closed before the program starts.
         let (reader, writer) = std::io::pipe().expect("a pipe");
         drop(reader);
-        let mut command = Command::new(env!("CARGO_BIN_EXE_plumbline"));
+        let mut command = super::sensor::command(port, "bus", words);
         command
-            .env("PLUMBLINE_PORT", "demo:is2")
-            .env("PLUMBLINE_CLOCK", "bus")
-            .env("PLUMBLINE_CONFIG", no_config())
-            .args(arguments)
+            .current_dir(&folder)
             .stdout(writer)
             .stderr(Stdio::piped());
         let child = command.spawn().expect("the program starts");
         let output = child.wait_with_output().expect("the program ends");
-        assert_eq!(output.status.code(), Some(4), "{arguments:?} {output:?}");
+        let notes = String::from_utf8_lossy(&output.stderr);
+        // A command whose first line is its last one has succeeded, or tells its difference.
+        let is_quiet = !notes.contains("output") && !notes.contains("panic");
+        assert!(is_quiet, "{words}: {notes}");
+        assert!(
+            [0, code].map(Some).contains(&output.status.code()),
+            "{words}: {output:?}"
+        );
     }
+    for command in Cli::command().get_subcommands() {
+        let name = command.get_name();
+        let is_listed = |words: &str| words.split(' ').any(|word| word == name);
+        let mut all = ALL.iter().chain(&others);
+        assert!(all.any(|(_, words, _)| is_listed(words)), "{name}");
+    }
+}
+
+#[test]
+fn help_of_a_command_shows_only_the_options_that_it_uses() {
+    for (command, shown, hidden) in [
+        ("ports", &["--json"][..], &["--port", "--node", "--eds"][..]),
+        ("completions", &[], &["--port", "--json", "--yes"]),
+        ("scan", &["--port", "--rate"], &["--node", "--product"]),
+        ("log", &["--port", "--rate"], &["--id", "--product"]),
+        ("node-id", &["--node", "--port"], &["--mac", "--id"]),
+        ("mac", &["--mac"], &["--node", "--id"]),
+        ("calibrate", &["--product", "--json"], &["--port", "--node"]),
+        ("get", &["--port", "--node", "--mac", "--id", "--eds"], &[]),
+    ] {
+        let output = plumbline("", &format!("{command} --help"));
+        let help = String::from_utf8_lossy(&output.stdout);
+        let has = |option: &&&str| help.split([' ', '\n']).any(|word| word == **option);
+        assert_eq!(
+            shown.iter().find(|own| !has(own)),
+            None,
+            "{command}: {help}"
+        );
+        assert_eq!(hidden.iter().find(has), None, "{command}: {help}");
+    }
+    // A hidden option is still accepted: scripts give the same options to all commands.
+    let output = plumbline("demo:jn2101", "--node 10 scan");
+    assert!(output.status.success(), "{output:?}");
+}
+
+#[test]
+fn diff_with_exit_code_tells_whether_settings_differ() {
+    let file = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("exit-code.toml");
+    let _ = std::fs::remove_file(&file);
+    let path = file.display();
+    let code = |words: &str| plumbline("demo:is2", words).status.code();
+    assert_eq!(code(&format!("backup {path}")), Some(0));
+    for (options, same, different) in [
+        ("--exit-code", 0, 1),
+        ("", 0, 0),
+        ("--json --exit-code", 0, 1),
+    ] {
+        let words = format!("diff {path} {options}");
+        assert_eq!(code(words.trim_end()), Some(same), "{options}");
+        let set = |value| format!("set cyclic-time={value} --file {path}");
+        assert_eq!(code(&set("300ms")), Some(0));
+        assert_eq!(code(words.trim_end()), Some(different), "{options}");
+        assert_eq!(code(&set("250ms")), Some(0));
+    }
+    let output = plumbline("demo:is2", &format!("--json diff {path} --exit-code"));
+    let document: Value = serde_json::from_slice(&output.stdout).expect("one document");
+    assert_eq!(document, serde_json::json!({}));
 }
 
 /// The command lines of the document.
