@@ -22,7 +22,7 @@ use plumbline::calibration_line;
 use plumbline::can::Filter;
 use plumbline::measure::{I32x3, ONE_G, Reading, SAMPLE_PERIOD};
 use plumbline::node::driver::{Driver, Line, Platform, TwoPriorities};
-use plumbline::node::{Action, BitTime, BusEvent, ProductNode, StoreOf};
+use plumbline::node::{Action, BitTime, BusEvent, Leds, ProductNode, StoreOf};
 use plumbline::store::{Owner, Store};
 use plumbline::time::{Instant, after, earlier, reached};
 
@@ -83,6 +83,8 @@ pub unsafe fn run<N: ProductNode, E: Element>(
             has_events: false,
             bit_time: None,
             ends_frame: false,
+            lit: Leds::default(),
+            terminated: false,
             heating: 0,
         },
         sample_due: now,
@@ -171,8 +173,19 @@ struct Hardware<N: ProductNode, E: Element + 'static> {
     bit_time: Option<BitTime>,
     /// True until the check whether the controller has missed this frame.
     ends_frame: bool,
-    /// The power of the heater in permille.
+    /// The outputs: the LEDs that are on, the terminating resistor, the power of the heater in permille.
+    lit: Leds,
+    terminated: bool,
     heating: u16,
+}
+
+impl<N: ProductNode, E: Element> Hardware<N, E> {
+    /// Sets the outputs again: a disturbance can have changed them.
+    fn refresh(&mut self) {
+        self.leds.show(self.lit);
+        self.switches.terminate(self.terminated);
+        self.switches.heat(self.heating);
+    }
 }
 
 impl<N: ProductNode, E: Element> Platform for Hardware<N, E> {
@@ -215,8 +228,14 @@ impl<N: ProductNode, E: Element> Platform for Hardware<N, E> {
                 info!("recover from bus-off");
                 self.bus.recover();
             }
-            Action::Leds(leds) => self.leds.show(leds),
-            Action::Termination(on) => self.switches.terminate(on),
+            Action::Leds(leds) => {
+                self.lit = leds;
+                self.leds.show(leds);
+            }
+            Action::Termination(on) => {
+                self.terminated = on;
+                self.switches.terminate(on);
+            }
             Action::Heater(permille) => {
                 self.heating = permille;
                 self.switches.heat(permille);
@@ -313,9 +332,8 @@ impl<N: ProductNode, E: Element + 'static> App<N, E> {
             self.sample_due = after(now, SAMPLE_PERIOD);
         }
         self.hardware.bus.inspect(now);
-        // A disturbance can have changed the register.
-        self.hardware.switches.heat(self.hardware.heating);
-        element.start(now);
+        self.hardware.refresh();
+        self.hardware.element.start(now);
         self.measure_supply();
         true
     }

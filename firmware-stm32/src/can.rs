@@ -33,6 +33,7 @@ use crate::board::{self, CanPeripheral, Configuration};
 use crate::clock;
 use core::sync::atomic::{AtomicU8, Ordering};
 use cortex_m::peripheral::NVIC;
+use cortex_m::peripheral::scb::SystemHandler;
 use cortex_m::singleton;
 use plumbline::can::{BitRate, Filter};
 use plumbline::node::driver::Phase;
@@ -103,6 +104,19 @@ fn set_phase(phase: Phase) {
     PHASE.store(phase as u8, Ordering::Relaxed);
 }
 
+/// Gives the interrupts of the controller and SysTick the same priority: none of them interrupts another one. That of the pulses
+/// ([`on_pulse`]) keeps a higher priority.
+fn set_priorities() {
+    const LOWER: u8 = 0x10;
+    // SAFETY: no critical section depends on a priority, and this is the only code that changes them, before the interrupts are enabled.
+    unsafe {
+        let mut core = cortex_m::Peripherals::steal();
+        core.NVIC.set_priority(board::CAN_RECEIVE_INTERRUPT, LOWER);
+        core.NVIC.set_priority(board::CAN_TRANSMIT_INTERRUPT, LOWER);
+        core.SCB.set_priority(SystemHandler::SysTick, LOWER);
+    }
+}
+
 /// Unmasks the interrupts of the controller.
 fn unmask_interrupts() {
     // SAFETY: the handlers work in any state of the controller, and code that needs these interrupts masked uses critical sections.
@@ -150,6 +164,7 @@ impl Bus {
         // The change from sleep to initialization mode and back is independent of the bus. A dead controller does not acknowledge it; then
         // the watchdog, which runs since the start of the boot, ends the wait.
         let can = bxcan::Can::builder(Controller(peripheral)).leave_disabled();
+        set_priorities();
         unmask_interrupts();
         singleton!(: Bus = Bus {
             can,

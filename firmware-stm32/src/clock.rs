@@ -38,8 +38,19 @@ pub fn restore() {
     // SAFETY: the main loop owns the timer after the boot.
     let systick = unsafe { cortex_m::Peripherals::steal() }.SYST;
     if systick.csr.read() & ENABLED != ENABLED || systick.rvr.read() != TICKS_PER_MS - 1 {
+        // The counter restarts at 0: without this, the time would decrease.
+        add_millisecond();
         start(systick);
     }
+}
+
+/// Counts a millisecond. Returns true if the time of the alarm has come.
+fn add_millisecond() -> bool {
+    critical_section::with(|cs| {
+        let ticked = TICKED.borrow(cs);
+        ticked.set(ticked.get() + 1000);
+        ticked.get() >= ALARM.borrow(cs).get()
+    })
 }
 
 /// The time since the start, in us.
@@ -54,11 +65,11 @@ pub fn now() -> Instant {
             ticked += 1000;
         }
         // The interrupt comes when the counter is 0, at the start of the millisecond. Then the counter counts down from the
-        // reload value.
+        // reload value, which a disturbance can have made larger.
         let ticks = if counter == 0 {
             0
         } else {
-            TICKS_PER_MS - counter
+            TICKS_PER_MS.saturating_sub(counter)
         };
         Instant::from_ticks(ticked + u64::from(ticks / TICKS_PER_US))
     })
@@ -77,12 +88,7 @@ pub fn set_alarm(time: Instant) {
 
 #[cortex_m_rt::exception]
 fn SysTick() {
-    let due = critical_section::with(|cs| {
-        let ticked = TICKED.borrow(cs);
-        ticked.set(ticked.get() + 1000);
-        ticked.get() >= ALARM.borrow(cs).get()
-    });
-    if due {
+    if add_millisecond() {
         sleep::wake();
     }
     board::end_handler();

@@ -2,6 +2,7 @@
 
 use crate::clock;
 use core::sync::atomic::{AtomicBool, Ordering};
+use cortex_m::peripheral::SCB;
 use plumbline::time::Instant;
 
 /// There was an event for the main loop since the last return from [`sleep`].
@@ -17,6 +18,9 @@ pub fn wake() {
 pub fn sleep(until: Instant) {
     clock::set_alarm(until);
     while !EVENT.load(Ordering::Relaxed) {
+        // With SCR = 0, WFI stops only the clock of the processor, and ends with an interrupt. A disturbance can have set a bit.
+        // SAFETY: this is the only code that writes the register.
+        unsafe { (*SCB::PTR).scr.write(0) };
         // With interrupts masked, a pending one still ends WFI, so no interrupt is lost between the check and WFI.
         critical_section::with(|_| {
             if !EVENT.load(Ordering::Relaxed) {

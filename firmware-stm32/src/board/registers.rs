@@ -2,31 +2,54 @@
 
 use super::REGISTERS;
 
+/// The key that AIRCR needs in a write.
+const AIRCR_KEY: u32 = 0x05FA << 16;
+
+/// The registers of the processor. SCR is written before each sleep, SysTick by the clock.
+const CORE: [Register; 7] = [
+    // SCB: VTOR, PRIGROUP of AIRCR, CCR.
+    Register::new(0xE000_ED08, !0),
+    Register::new(0xE000_ED0C, 0x700).with_others(AIRCR_KEY),
+    Register::new(0xE000_ED14, !0),
+    // SHPR3: the priority of SysTick.
+    Register::new(0xE000_ED20, !0),
+    // NVIC_IPR4, NVIC_IPR5, NVIC_IPR7: the priorities of the interrupts of CAN and TIM4.
+    Register::new(0xE000_E410, !0),
+    Register::new(0xE000_E414, !0),
+    Register::new(0xE000_E41C, !0),
+];
+
+/// All of them.
+fn registers() -> impl Iterator<Item = &'static Register> {
+    CORE.iter().chain(&REGISTERS)
+}
+
 /// A configuration register, of which some bits are compared and restored.
 pub struct Register {
     /// The address of the 32-bit register.
     address: usize,
     /// The bits that only the boot changes.
     mask: u32,
-    /// The bits that keep their present value.
-    kept: u32,
+    /// The value to write in the other bits. None: their present value.
+    others: Option<u32>,
 }
 
 impl Register {
     /// The bits of `mask` in the register at `address`. They can be read and written at any time.
     pub(super) const fn new(address: usize, mask: u32) -> Self {
-        let kept = !mask;
         Self {
             address,
             mask,
-            kept,
+            others: None,
         }
     }
 
-    /// The other bits are written as 0: what is read of them is undefined.
-    #[cfg(feature = "stm32f103")]
-    pub(super) const fn with_others_0(self) -> Self {
-        Self { kept: 0, ..self }
+    /// The other bits are always written with this value: they do not read as they must be written.
+    pub(super) const fn with_others(self, value: u32) -> Self {
+        Self {
+            others: Some(value),
+            ..self
+        }
     }
 
     fn place(&self) -> *mut u32 {
@@ -44,14 +67,16 @@ impl Register {
     }
 }
 
+const COUNT: usize = CORE.len() + REGISTERS.len();
+
 /// The configuration after the boot.
-pub struct Configuration([u32; REGISTERS.len()]);
+pub struct Configuration([u32; COUNT]);
 
 impl Configuration {
     /// The present configuration. Call it at the end of the boot.
     pub fn read() -> Self {
-        let mut values = [0; REGISTERS.len()];
-        for (value, register) in values.iter_mut().zip(&REGISTERS) {
+        let mut values = [0; COUNT];
+        for (value, register) in values.iter_mut().zip(registers()) {
             *value = register.read();
         }
         Self(values)
@@ -61,10 +86,11 @@ impl Configuration {
     /// Returns true if one has changed.
     pub fn restore(&self) -> bool {
         let mut changed = false;
-        for (value, register) in self.0.iter().zip(&REGISTERS) {
+        for (value, register) in self.0.iter().zip(registers()) {
             let present = register.read();
             if (present ^ value) & register.mask != 0 {
-                register.write(present & register.kept | value & register.mask);
+                let others = register.others.unwrap_or(present);
+                register.write(others & !register.mask | value & register.mask);
                 changed = true;
             }
         }

@@ -8,7 +8,6 @@ use crate::board::{self, PulseTimer};
 use crate::sleep;
 use core::sync::atomic::{AtomicU32, AtomicUsize, Ordering};
 use cortex_m::peripheral::NVIC;
-use cortex_m::peripheral::scb::SystemHandler;
 use plumbline::node::{BitTime, PulseMeter};
 use plumbline::time::Instant;
 
@@ -57,6 +56,8 @@ impl Pulses {
         let timer = timer();
         // SAFETY: these are valid values of the registers (RM0008, RM0390: general-purpose timers).
         unsafe {
+            timer.cr2().reset();
+            timer.smcr().reset();
             timer.psc().write(|w| w.bits(PRESCALER - 1));
             // The SVD has the reset value 0, some revisions of the manual have FFFFh. With 0 the timer does not count.
             timer.arr().write(|w| w.bits(0xFFFF));
@@ -67,20 +68,17 @@ impl Pulses {
             timer.dier().write(|w| w.bits(1 << 3));
             timer.cr1().write(|w| w.bits(1));
         }
-        lower_others();
-        // SAFETY: the handler works in any state of the program.
-        unsafe { NVIC::unmask(board::PULSE_INTERRUPT) };
+        unmask();
     }
 
     /// Starts the measurement again if a disturbance has changed the timer.
     pub(super) fn restore(&mut self) {
-        let timer = timer();
-        let is_set = || {
-            let control = timer.cr1().read().bits() == 1 && timer.dier().read().bits() == 1 << 3;
-            let input = timer.ccmr2_input().read().bits() == CHANNELS;
-            control && input && timer.ccer().read().bits() == EDGES
-        };
-        if self.runs && !(is_set() && timer.psc().read().bits() == PRESCALER - 1) {
+        if !self.runs {
+            return;
+        }
+        if is_set(&timer()) {
+            unmask();
+        } else {
             self.stop();
             self.start();
         }
@@ -124,16 +122,19 @@ impl Pulses {
     }
 }
 
-/// Gives the other interrupts a lower priority, the same for all: none of them interrupts another one.
-fn lower_others() {
-    const LOWER: u8 = 0x10;
-    // SAFETY: no critical section depends on a priority, and no other code changes priorities.
-    unsafe {
-        let mut core = cortex_m::Peripherals::steal();
-        core.NVIC.set_priority(board::CAN_RECEIVE_INTERRUPT, LOWER);
-        core.NVIC.set_priority(board::CAN_TRANSMIT_INTERRUPT, LOWER);
-        core.SCB.set_priority(SystemHandler::SysTick, LOWER);
-    }
+/// True if the timer has its configuration.
+fn is_set(timer: &PulseTimer) -> bool {
+    let control = timer.cr1().read().bits() == 1 && timer.dier().read().bits() == 1 << 3;
+    let internal = timer.cr2().read().bits() == 0 && timer.smcr().read().bits() == 0;
+    let input = timer.ccmr2_input().read().bits() == CHANNELS;
+    let edges = timer.ccer().read().bits() == EDGES;
+    let clock = timer.psc().read().bits() == PRESCALER - 1 && timer.arr().read().bits() == 0xFFFF;
+    control && internal && input && edges && clock
+}
+
+fn unmask() {
+    // SAFETY: the handler works in any state of the program.
+    unsafe { NVIC::unmask(board::PULSE_INTERRUPT) };
 }
 
 /// The interrupt at the end of a pulse. At 1 Mbit/s, the next interrupt can follow after 2 us, so the handler only stores the captured

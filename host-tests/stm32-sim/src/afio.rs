@@ -95,6 +95,22 @@ impl Afio {
         }
     }
 
+    /// Inverts bits of the register at `offset`. What is read of SWJ_CFG does not show it.
+    pub fn disturb(&mut self, offset: u32, bits: u32) -> bool {
+        match offset {
+            0x04 => {
+                self.remap ^= bits & 0x001F_FFFF;
+                self.debug_port ^= bits >> 24 & 0b111;
+                true
+            }
+            0x08 | 0x0C | 0x10 | 0x14 => {
+                self.interrupt_sources[offset as usize / 4 - 2] ^= bits & 0xFFFF;
+                true
+            }
+            _ => false,
+        }
+    }
+
     /// Writes the register at `offset`.
     pub fn write(
         &mut self,

@@ -17,6 +17,7 @@
 
 use super::io::AccessError;
 use super::timebase::{Picoseconds, SECOND};
+use super::timer::{SLAVE_MODE, TRIGGER};
 use super::violation::Violations;
 
 /// CEN in TIMx_CR1.
@@ -60,6 +61,8 @@ const FILTERS: u32 = 0xF0F0;
 #[derive(Clone, Debug, Default)]
 pub struct CaptureTimer {
     control: u32,
+    /// TIMx_CR2 and TIMx_SMCR.
+    trigger: [u32; 2],
     interrupts: u32,
     flags: u32,
     modes: u32,
@@ -82,7 +85,8 @@ impl CaptureTimer {
 
     /// Handles an edge at the input. `clock` is the clock of the prescaler in Hz.
     pub fn edge(&mut self, now: Picoseconds, clock: u32, rising: bool) {
-        if self.control & ENABLE == 0 {
+        let [_, slave] = self.trigger;
+        if self.control & ENABLE == 0 || slave & SLAVE_MODE != 0 {
             return;
         }
         let counter = self.counter(now, clock);
@@ -121,6 +125,7 @@ impl CaptureTimer {
     pub fn read(&mut self, now: Picoseconds, clock: u32, offset: u32) -> Result<u32, AccessError> {
         Ok(match offset {
             0x00 => self.control,
+            0x04 | 0x08 => self.trigger[(offset as usize - 0x04) / 4],
             0x0C => self.interrupts,
             0x10 => self.flags,
             0x1C => self.modes,
@@ -153,6 +158,11 @@ impl CaptureTimer {
                 violations.check(value & !ENABLE != 0, "TIMx_CR1", "not modelled");
                 self.counted = (self.counter(now, clock), now);
                 self.control = value & ENABLE;
+            }
+            0x04 | 0x08 => {
+                violations.check(value != 0, "TIMx_CR2, TIMx_SMCR", "not modelled");
+                let place = (offset as usize - 0x04) / 4;
+                self.trigger[place] = value & TRIGGER[place];
             }
             0x0C => {
                 let known = all(|channel| channel.flag);
@@ -292,6 +302,7 @@ mod tests {
     fn functions_not_modelled_are_reported() {
         for (offset, value) in [
             (0x00, 0x81),
+            (0x08, 1),
             (0x0C, 1),
             (0x14, 2),
             (0x1C, 1 << 8),
@@ -309,7 +320,7 @@ mod tests {
             .write(0, CLOCK, 0x1C, 0x3231, &mut violations)
             .unwrap();
         assert_eq!(violations.list().len(), 1, "the channels are on");
-        assert!(timer.write(0, CLOCK, 0x04, 0, &mut violations).is_err());
-        assert!(timer.read(0, CLOCK, 0x04).is_err());
+        assert!(timer.write(0, CLOCK, 0x18, 0, &mut violations).is_err());
+        assert!(timer.read(0, CLOCK, 0x18).is_err());
     }
 }

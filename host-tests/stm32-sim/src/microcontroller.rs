@@ -4,6 +4,7 @@
 //! The processor runs until a peripheral has an event, or an access to a register may have changed the state of others. A fault stops the
 //! program with a panic that names the place, unless [`Microcontroller::take_faults`] has selected the handler of the program.
 
+mod disturbance;
 mod frozen;
 mod noted;
 mod on_the_bus;

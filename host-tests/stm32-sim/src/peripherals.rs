@@ -4,6 +4,7 @@
 
 mod accelerometer;
 mod access;
+mod disturbance;
 mod supply;
 #[cfg(test)]
 mod tests;

@@ -8,6 +8,7 @@
 //! | 08h | SPI_SR | TXE, RXNE, OVR, MODF, BSY |
 //! | 0Ch | SPI_DR | data |
 //! | 10h | SPI_CRCPR | CRC polynomial: stored, without effect |
+//! | 1Ch | SPI_I2SCFGR | 0: no I2S |
 //!
 //! Functions that are not modelled (slave, one line, CRC, hardware slave select, least significant bit first, DMA) are
 //! violations.
@@ -28,6 +29,9 @@ const RECEIVE_ONLY: u32 = 1 << 10;
 const SIXTEEN_BITS: u32 = 1 << 11;
 const CRC_ENABLE: u32 = 1 << 13;
 const ONE_LINE: u32 = 1 << 15;
+/// SPI_I2SCFGR: I2S mode, and the bits that can be written.
+const I2S_MODE: u32 = 1 << 11;
+const I2S_WRITABLE: u32 = 0xFBF;
 const NOT_MODELLED: u32 = LEAST_SIGNIFICANT_FIRST | RECEIVE_ONLY | CRC_ENABLE | ONE_LINE;
 
 // SPI_CR2.
@@ -78,6 +82,8 @@ pub struct Spi {
     cr1: u32,
     cr2: u32,
     polynomial: u32,
+    /// SPI_I2SCFGR. An STM32F103 of medium density does not have it, others and clones do.
+    i2s: u32,
     waiting: Option<u16>,
     shifting: Option<Frame>,
     received: Option<u16>,
@@ -96,6 +102,7 @@ impl Default for Spi {
             cr1: 0,
             cr2: 0,
             polynomial: 7,
+            i2s: 0,
             waiting: None,
             shifting: None,
             received: None,
@@ -180,6 +187,7 @@ impl Spi {
             0x08 => self.read_status(),
             0x0C => self.read_data(),
             0x10 => self.polynomial,
+            0x1C => self.i2s,
             _ => return Err(AccessError::Refused("SPI: register not modelled")),
         })
     }
@@ -203,6 +211,10 @@ impl Spi {
             0x08 => {}
             0x0C => self.write_data(cycle, value as u16, clocks, violations),
             0x10 => self.polynomial = value & 0xFFFF,
+            0x1C => {
+                violations.check(value != 0, "SPI_I2SCFGR", "not modelled");
+                self.i2s = value & I2S_WRITABLE;
+            }
             _ => return Err(AccessError::Refused("SPI: register not modelled")),
         }
         Ok(())
@@ -254,7 +266,9 @@ impl Spi {
     }
 
     fn write_data(&mut self, cycle: u64, data: u16, clocks: Clocks, violations: &mut Violations) {
-        if self.cr1 & ENABLE == 0 {
+        if self.i2s & I2S_MODE != 0 {
+            violations.add("SPI_DR", "written in I2S mode: nothing is sent");
+        } else if self.cr1 & ENABLE == 0 {
             violations.add("SPI_DR", "written while the SPI is off");
         } else if self.shifting.is_none() {
             self.start(cycle, data, clocks);

@@ -3,6 +3,7 @@
 //! | offset | register | |
 //! |---|---|---|
 //! | 00h | TIMx_CR1 | CEN, URS, ARPE |
+//! | 04h, 08h | TIMx_CR2, TIMx_SMCR | 0: neither trigger nor slave mode |
 //! | 14h | TIMx_EGR | UG |
 //! | 18h, 1Ch | TIMx_CCMR1, TIMx_CCMR2 | mode and preload of the channels |
 //! | 20h | TIMx_CCER | enables the outputs of the channels |
@@ -21,6 +22,11 @@ const ENABLE: u32 = 1 << 0;
 const UPDATE_SOURCE: u32 = 1 << 2;
 const PRELOAD: u32 = 1 << 7;
 
+/// The bits of TIMx_CR2 and TIMx_SMCR.
+pub(super) const TRIGGER: [u32; 2] = [0x00F8, 0xFFF7];
+/// TIMx_SMCR: a trigger controls the counter.
+pub(super) const SLAVE_MODE: u32 = 0b111;
+
 /// UG in TIMx_EGR.
 const UPDATE: u32 = 1 << 0;
 
@@ -32,6 +38,8 @@ const CHANNEL_PRELOAD: u32 = 1 << 3;
 #[derive(Clone, Debug, Default)]
 pub struct Timer {
     control: u32,
+    /// TIMx_CR2 and TIMx_SMCR.
+    trigger: [u32; 2],
     modes: [u32; 2],
     outputs: u32,
     prescaler: u32,
@@ -62,15 +70,17 @@ impl Timer {
         Some(((high * 1000 + period / 2) / period) as u16)
     }
 
-    /// With a period of 0 the counter is blocked (RM0008, TIMx_ARR).
+    /// With a period of 0 the counter is blocked (RM0008, TIMx_ARR), in a slave mode it waits for a trigger.
     fn counts(&self) -> bool {
-        self.control & ENABLE != 0 && self.period > 0
+        let [_, slave] = self.trigger;
+        self.control & ENABLE != 0 && self.period > 0 && slave & SLAVE_MODE == 0
     }
 
     /// Reads the register at `offset`.
     pub fn read(&self, offset: u32) -> Result<u32, AccessError> {
         Ok(match offset {
             0x00 => self.control,
+            0x04 | 0x08 => self.trigger[(offset as usize - 0x04) / 4],
             0x18 | 0x1C => self.modes[(offset as usize - 0x18) / 4],
             0x20 => self.outputs,
             0x28 => self.prescaler,
@@ -93,6 +103,11 @@ impl Timer {
                 let known = ENABLE | UPDATE_SOURCE | PRELOAD;
                 violations.check(value & !known != 0, "TIMx_CR1", "not modelled");
                 self.control = value & known;
+            }
+            0x04 | 0x08 => {
+                violations.check(value != 0, "TIMx_CR2, TIMx_SMCR", "not modelled");
+                let place = (offset as usize - 0x04) / 4;
+                self.trigger[place] = value & TRIGGER[place];
             }
             0x14 => {
                 violations.check(value & !UPDATE != 0, "TIMx_EGR", "not modelled");
@@ -182,8 +197,24 @@ mod tests {
     }
 
     #[test]
+    fn slave_mode_stops_the_counter() {
+        let mut timer = after(&SET_UP);
+        timer
+            .write(0x08, 0b101, &mut Violations::default())
+            .unwrap();
+        assert_eq!(timer.duty(3), None);
+    }
+
+    #[test]
     fn functions_not_modelled_are_reported() {
-        for (offset, value) in [(0x00, 0x10), (0x14, 2), (0x18, 0x70), (0x20, 2)] {
+        for (offset, value) in [
+            (0x00, 0x10),
+            (0x04, 0x10),
+            (0x08, 1),
+            (0x14, 2),
+            (0x18, 0x70),
+            (0x20, 2),
+        ] {
             let mut violations = Violations::default();
             Timer::default()
                 .write(offset, value, &mut violations)

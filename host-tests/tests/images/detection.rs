@@ -33,13 +33,13 @@ fn sensor() -> Microcontroller {
 }
 
 /// Two nodes that send frames with periods of 20 and 33 ms.
-struct Traffic {
+pub struct Traffic {
     ends: [AdapterId; 2],
     number: u8,
 }
 
 impl Traffic {
-    fn at(rig: &mut Rig, rate: BitRate) -> Self {
+    pub fn at(rig: &mut Rig, rate: BitRate) -> Self {
         let ends = [rig.tester, rig.bus.adapter()];
         for end in ends {
             rig.bus.open(end, Some(rate), false);
@@ -47,7 +47,7 @@ impl Traffic {
         Self { ends, number: 0 }
     }
 
-    fn millisecond(&mut self, rig: &mut Rig) {
+    pub fn millisecond(&mut self, rig: &mut Rig) {
         self.number = self.number.wrapping_add(1);
         let [first, second] = self.ends;
         if self.number.is_multiple_of(20) {

@@ -1,102 +1,23 @@
 //! A disturbance inverts one bit of the configuration. The sensor restores the bit or restarts, and answers again within a limited time.
 
+use crate::detection::Traffic;
 use crate::rig::*;
+use bench::BusRate;
+use host_tests::effort;
 use plumbline::can::BitRate;
+use std::ops::Range;
+use stm32_sim::board::Board;
 use stm32_sim::chip::Chip;
-use stm32_sim::io::{Io, Width};
-
-/// The bits of a configuration register.
-type Bits = (u32, u32);
 
 /// The longest time without an answer in ms: of a sensor that continues to work, and after a reset by the watchdog with the slowest
 /// oscillator.
 const LONGEST: u64 = 2_000;
 const WITH_WATCHDOG: u64 = 3_600;
 
-/// The CAN controller: MCR, IER, BTR, FMR, FM1R, FS1R, FFA1R, FA1R, two banks.
-const CAN: u32 = 0x4000_6400;
-const CAN_REGISTERS: [Bits; 12] = [
-    (0x000, 0x807F),
-    (0x014, 0x0003_8F7F),
-    (0x01C, 0x837F_03FF),
-    (0x200, 1),
-    (0x204, 0x3FFF),
-    (0x20C, 0x3FFF),
-    (0x214, 0x3FFF),
-    (0x21C, 0x3FFF),
-    (0x240, !0),
-    (0x244, !0b1000),
-    (0x248, !0),
-    (0x24C, !0b1000),
-];
-
-/// Clocks, pins, timer of the heater, SPI, voltage detector.
-fn others() -> Vec<Bits> {
-    match chip() {
-        Chip::F103 => vec![
-            (0x4002_1000, 1 << 19 | 1),
-            (0x4002_1004, 0x0000_3FF3),
-            (0x4002_100C, 0x0000_123D),
-            (0x4002_1010, 0x1200_4006),
-            (0x4002_1014, 0x15),
-            (0x4002_1018, 0x0000_123D),
-            (0x4002_101C, 0x1200_4002),
-            (0x4002_2000, 0x17),
-            (0x4000_7000, 0xF0),
-            (0x4001_0004, 0x6C01),
-            (0x4001_0800, !0),
-            (0x4001_0C00, !0),
-            (0x4001_0C04, !0),
-            (0x4001_1000, !0),
-            (0x4001_1004, !0),
-            (0x4000_0400, 0x81),
-            (0x4000_041C, 0x0078),
-            (0x4000_0420, 0x0100),
-            (0x4000_0428, 0xFFFF),
-            (0x4000_042C, 0xFFFF),
-            (board().facts().spi.base(), 0x007F),
-        ],
-        Chip::F446 => vec![
-            (0x4002_3808, 0x0000_FCF3),
-            (0x4002_3830, 0x0020_0007),
-            (0x4002_3840, 0x1200_4002),
-            (0x4002_3850, 0x0020_8007),
-            (0x4002_3860, 0x1200_4006),
-            (0x4002_388C, 1 << 24),
-            (0x4002_0000, !0),
-            (0x4002_000C, !0),
-            (0x4002_0024, !0),
-            (0x4002_0400, !0),
-            (0x4002_0408, !0),
-            (0x4002_0424, !0),
-            (0x4000_0420, 0x0100),
-            (0x4000_3800, 0x007F),
-        ],
-    }
-}
-
-/// The converter of the supply: CR1, CR2 without the bits that start something, SMPR1, SMPR2, SQR1, SQR3, and CCR.
-fn converter() -> Vec<Bits> {
-    match chip() {
-        Chip::F103 => vec![
-            (0x4001_2404, 0x00C0_FFFF),
-            (0x4001_2408, 0x001E_0903),
-            (0x4001_240C, 0x00FF_FFFF),
-            (0x4001_2410, 0x3FFF_FFFF),
-            (0x4001_242C, 0x00F0_0000),
-            (0x4001_2434, 0x1F),
-        ],
-        Chip::F446 => vec![
-            (0x4001_2004, 0x07C0_FFFF),
-            (0x4001_2008, 0x0F03),
-            (0x4001_200C, 0x07FF_FFFF),
-            (0x4001_2010, 0x3FFF_FFFF),
-            (0x4001_202C, 0x00F0_0000),
-            (0x4001_2034, 0x1F),
-            (0x4001_2304, 0x0003_0000),
-        ],
-    }
-}
+/// The addresses of the CAN controller, of the converter, of the system control space.
+const CAN: Range<u32> = 0x4000_6400..0x4000_6800;
+const CONVERTER: Range<u32> = 0x4001_2000..0x4001_2800;
+const CORE: Range<u32> = 0xE000_E000..0xE000_F000;
 
 /// A sensor that runs, and answers polls.
 fn running() -> Rig {
@@ -106,69 +27,193 @@ fn running() -> Rig {
     rig
 }
 
-/// Inverts a bit. Returns what reads the register; None if the model does not have the new value.
+/// Inverts a bit. Returns what reads the register; None if the chip or its model does not take the new value.
 fn invert(rig: &mut Rig, address: u32, bit: u32) -> Option<u32> {
-    let cycle = rig.microcontroller().core().cycle();
-    let (io, now) = rig.io();
-    let before = io.read(cycle, address, Width::Word).ok()?;
-    let done = if address & !0x3FF == CAN {
-        io.can.disturb(now, address - CAN, 1 << bit)
-    } else {
-        io.write(cycle, address, Width::Word, before ^ 1 << bit)
-            .is_ok()
-    };
-    done.then_some(before)
+    let sensor = rig.microcontroller_mut();
+    let before = sensor.configured(address)?;
+    sensor.disturb(address, 1 << bit).then_some(before)
 }
 
-/// Polls until there is an answer, and the register has its value again.
-#[track_caller]
-fn recover(rig: &mut Rig, address: u32, bit: u32, before: u32) {
+/// Polls until there is an answer, and the register has its value again if `restored`.
+fn recover(
+    rig: &mut Rig,
+    address: u32,
+    bit: u32,
+    before: u32,
+    restored: bool,
+) -> Result<(), String> {
     let starts = rig.device().boots();
     for ms in (0..WITH_WATCHDOG).step_by(50) {
-        let restarted = rig.device().boots() > starts;
         rig.frames();
         rig.send(&[fsc::INCLINATION]);
         rig.run(50);
+        let restarted = rig.device().boots() > starts;
         let answers = rig
             .frames()
             .iter()
             .any(|frame| frame.bytes()[0] == fsc::INCLINATION);
-        let cycle = rig.microcontroller().core().cycle();
-        let value = rig.io().0.read(cycle, address, Width::Word);
-        let is_restored = value.is_ok_and(|value| (value ^ before) >> bit & 1 == 0);
-        if answers && is_restored {
-            assert!(
-                ms <= LONGEST || restarted,
-                "{address:#x}, bit {bit}: {ms} ms"
-            );
-            return;
+        let value = rig.microcontroller_mut().configured(address);
+        let is_restored = value.is_some_and(|value| (value ^ before) >> bit & 1 == 0);
+        if answers && (is_restored || !restored) {
+            return if ms <= LONGEST || restarted {
+                Ok(())
+            } else {
+                Err(format!("{ms} ms"))
+            };
         }
     }
-    panic!("{address:#x}, bit {bit}: the sensor does not answer, or does not restore the register");
+    Err("no answer, or not restored".to_owned())
 }
 
-fn each_bit(registers: &[Bits]) {
+/// The bits without an effect on the sensor, which nothing restores: addresses, bits.
+fn unused() -> Vec<(Range<u32>, u32)> {
+    let spi = board().facts().spi.base();
+    let mut all = vec![
+        // TIM3: the other channels than that of the heater.
+        (0x4000_0418..0x4000_041C, !0),
+        (0x4000_0434..0x4000_043C, !0),
+        (0x4000_0440..0x4000_0444, !0),
+        // The other filter banks than those of this product.
+        (0x4000_6648..0x4000_6720, !0),
+        // PWR_CR: modes of the processor's sleep, the backup domain.
+        (0x4000_7000..0x4000_7004, !0xF0),
+        // SPI_CRCPR.
+        (spi + 0x10..spi + 0x14, !0),
+        // The other interrupts than those of CAN (19, 20) and TIM4 (30): a bit of each has no effect while nothing requests it.
+        (0xE000_E100..0xE000_E104, !(0b11 << 19)),
+        (0xE000_E104..0xE000_E180, !0),
+        (0xE000_E400..0xE000_E410, !0),
+        (0xE000_E418..0xE000_E41C, !0),
+        (0xE000_E420..0xE000_E500, !0),
+        // SHPR1, SHPR2, SHCSR: without their handlers, all faults are hard faults.
+        (0xE000_ED18..0xE000_ED20, !0),
+        (0xE000_ED24..0xE000_ED28, !0),
+    ];
+    all.extend(match board().chip() {
+        Chip::F103 => vec![
+            // AFIO_EXTICR1 to AFIO_EXTICR4.
+            (0x4001_0008..0x4001_0018, !0),
+            // RCC: the clock of TIM4; LSION, because the watchdog keeps LSI on.
+            (0x4002_101C..0x4002_1020, 1 << 2),
+            (0x4002_1024..0x4002_1028, 1),
+        ],
+        Chip::F446 => vec![
+            // CAN: the filter banks of CAN2.
+            (0x4000_6600..0x4000_6620, 0x0FFF_C000),
+            // GPIOA_AFRL, GPIOC_OSPEEDR, GPIOC_AFRL, GPIOC_AFRH.
+            (0x4002_0020..0x4002_0024, !0),
+            (0x4002_0808..0x4002_080C, !0),
+            (0x4002_0820..0x4002_0828, !0),
+            // RCC as on the STM32F103, and the clocks of other peripherals than the timers.
+            (0x4002_3840..0x4002_3844, 1 << 2),
+            (0x4002_3874..0x4002_3878, 1),
+            (0x4002_388C..0x4002_3890, !(1 << 24)),
+            // DBGMCU_APB2_FZ.
+            (0xE004_200C..0xE004_2010, !0),
+        ],
+    });
+    // GPIOx_ODR: pins that are not outputs and have no resistor, or have another function.
+    all.extend(match board() {
+        Board::BluePill => [
+            (0x4001_080C..0x4001_0810, !(1 << 4 | 1 << 6)),
+            (0x4001_0C0C..0x4001_0C10, !0x7302),
+            (0x4001_100C..0x4001_1010, !(1 << 13)),
+        ],
+        Board::NucleoF103 => [
+            (0x4001_080C..0x4001_0810, !(1 << 5)),
+            (0x4001_0C0C..0x4001_0C10, !0x5702),
+            (0x4001_100C..0x4001_1010, !(0b11 << 6)),
+        ],
+        Board::NucleoF446 => [
+            (0x4002_0014..0x4002_0018, !(1 << 5 | 1 << 12)),
+            (0x4002_0414..0x4002_0418, !0x1402),
+            (0x4002_0814..0x4002_0818, !(0b11 << 6)),
+        ],
+    });
+    all
+}
+
+/// Inverts each bit of these configuration registers, one after the other.
+fn each_bit(within: impl Fn(u32) -> bool) {
     let mut rig = running();
-    for &(address, bits) in registers {
-        for bit in (0..32).filter(|bit| bits >> bit & 1 != 0) {
-            if let Some(before) = invert(&mut rig, address, bit) {
-                recover(&mut rig, address, bit, before);
+    let registers = rig.microcontroller_mut().configuration();
+    let unused = unused();
+    let mut failures = Vec::new();
+    for address in registers.into_iter().filter(|address| within(*address)) {
+        let without_effect = unused.iter().find(|(range, _)| range.contains(&address));
+        let without_effect = without_effect.map_or(0, |(_, bits)| *bits);
+        let mut left = effort::choose(1, 32);
+        for bit in 0..32 {
+            let has_effect = without_effect >> bit & 1 == 0;
+            if !has_effect && left == 0 {
+                continue;
+            }
+            let Some(before) = invert(&mut rig, address, bit) else {
+                continue;
+            };
+            if let Err(error) = recover(&mut rig, address, bit, before, has_effect) {
+                failures.push(format!("{address:#x}, bit {bit}: {error}"));
+                // The disturbances are violations of the manual, and some have restarted the sensor.
+                std::mem::forget(std::mem::replace(&mut rig, running()));
+            } else if !has_effect {
+                invert(&mut rig, address, bit);
+                left -= 1;
             }
         }
     }
-    // The disturbances are violations of the manual, and some have restarted the sensor.
     std::mem::forget(rig);
+    assert!(failures.is_empty(), "{}", failures.join("\n"));
 }
 
 #[test]
 pub fn disturbed_bits_of_the_can_controller_are_restored() {
-    let registers = CAN_REGISTERS.map(|(offset, bits)| (CAN + offset, bits));
-    each_bit(&registers);
+    each_bit(|address| CAN.contains(&address));
+}
+
+#[test]
+pub fn disturbed_bits_of_the_processor_are_restored() {
+    each_bit(|address| CORE.contains(&address));
 }
 
 #[test]
 pub fn disturbed_bits_of_clocks_pins_and_timers_are_restored() {
-    each_bit(&others());
+    each_bit(|address| !CAN.contains(&address) && !CORE.contains(&address));
+}
+
+/// While the sensor detects the bit rate: TIM4 with its interrupt, and the level of TXD.
+#[test]
+pub fn disturbed_bits_of_the_detection_are_restored() {
+    const TIM4: Range<u32> = 0x4000_0800..0x4000_0C00;
+    let others = [
+        (0xE000_E100, 1 << 30),
+        match chip() {
+            Chip::F103 => (0x4001_0C0C, 1 << 9),
+            Chip::F446 => (0x4002_0014, 1 << 12),
+        },
+    ];
+    let mut rig = Rig::with("is2", BusRate::Wire, blank());
+    rig.io().0.be_lenient();
+    rig.run(300);
+    let mut registers = rig.microcontroller_mut().configuration();
+    registers.retain(|address| TIM4.contains(address));
+    assert_eq!(registers.len(), 8, "{registers:X?}");
+    let all = registers.into_iter().map(|address| (address, !0));
+    for (address, bits) in all.chain(others) {
+        for bit in (0..32).filter(|bit| bits >> bit & 1 != 0) {
+            if let Some(before) = invert(&mut rig, address, bit) {
+                rig.run(120);
+                let value = rig.microcontroller_mut().configured(address);
+                assert_eq!(value, Some(before), "{address:#x}, bit {bit}");
+            }
+        }
+    }
+    assert_eq!(rig.device().boots(), 1, "without a restart");
+    let mut traffic = Traffic::at(&mut rig, BitRate::K500);
+    for _ in 0..500 {
+        traffic.millisecond(&mut rig);
+    }
+    assert_eq!(rig.frames().len(), 2, "the boot-up messages");
+    std::mem::forget(rig);
 }
 
 /// What AFIO_MAPR.SWJ_CFG reads as is undefined, so it must not be written back.
@@ -179,7 +224,7 @@ pub fn restored_mapping_of_pins_keeps_the_debug_port_on() {
     let mut rig = running();
     let starts = rig.device().boots();
     let before = invert(&mut rig, AFIO_MAPR, CAN_REMAP).expect("a register");
-    recover(&mut rig, AFIO_MAPR, CAN_REMAP, before);
+    recover(&mut rig, AFIO_MAPR, CAN_REMAP, before, true).expect("restored");
     assert_eq!(rig.device().boots(), starts, "without a restart");
     assert_eq!(rig.io().0.afio.debug_port(), 0);
     std::mem::forget(rig);
@@ -187,18 +232,20 @@ pub fn restored_mapping_of_pins_keeps_the_debug_port_on() {
 
 #[test]
 pub fn disturbed_bits_of_the_converter_are_restored() {
-    let mut rig = Rig::with("jn2101", bench::BusRate::Fixed(BitRate::K125), blank());
+    let mut rig = Rig::with("jn2101", BusRate::Fixed(BitRate::K125), blank());
     rig.io().0.be_lenient();
     rig.run(500);
-    for (address, bits) in converter() {
-        for bit in (0..32).filter(|bit| bits >> bit & 1 != 0) {
+    let registers = rig.microcontroller_mut().configuration();
+    // The second register of the sequence, SQR2, has no effect: the sequence has one channel.
+    let is_used = |it: &u32| CONVERTER.contains(it) && it & 0xFF != 0x30;
+    for address in registers.into_iter().filter(is_used) {
+        for bit in 0..32 {
             let Some(before) = invert(&mut rig, address, bit) else {
                 continue;
             };
             rig.run(10);
-            let cycle = rig.microcontroller().core().cycle();
-            let value = rig.io().0.read(cycle, address, Width::Word);
-            assert_eq!(value, Ok(before), "{address:#x}, bit {bit}");
+            let value = rig.microcontroller_mut().configured(address);
+            assert_eq!(value, Some(before), "{address:#x}, bit {bit}");
         }
     }
     std::mem::forget(rig);

@@ -34,7 +34,10 @@ also! {
         each_of_the_ten_rates_is_detected_without_disturbing_the_bus;
     disturbed:
         disturbed_bits_of_clocks_pins_and_timers_are_restored,
-        disturbed_bits_of_the_converter_are_restored;
+        disturbed_bits_of_the_processor_are_restored,
+        disturbed_bits_of_the_can_controller_are_restored,
+        disturbed_bits_of_the_converter_are_restored,
+        disturbed_bits_of_the_detection_are_restored;
     errors:
         run_led_flickers_during_detection_and_is_on_afterwards,
         sensor_without_recovery_stays_bus_off_until_a_restart;

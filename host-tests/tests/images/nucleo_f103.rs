@@ -15,7 +15,9 @@ also! {
         crystal_that_starts_after_a_second_is_used;
     disturbed:
         disturbed_bits_of_clocks_pins_and_timers_are_restored,
-        disturbed_bits_of_the_converter_are_restored;
+        disturbed_bits_of_the_processor_are_restored,
+        disturbed_bits_of_the_converter_are_restored,
+        disturbed_bits_of_the_detection_are_restored;
     errors:
         run_led_flickers_during_detection_and_is_on_afterwards;
     faults:

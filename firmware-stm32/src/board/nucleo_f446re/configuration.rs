@@ -3,7 +3,7 @@
 use crate::board::registers::Register;
 
 /// The registers of the [`Configuration`](crate::board::Configuration).
-pub(in crate::board) const REGISTERS: [Register; 33] = [
+pub(in crate::board) const REGISTERS: [Register; 40] = [
     // RCC: the resets of AHB1, APB1 and APB2, the enables, the oscillators without their ready flags, the clock tree without SWS. The main
     // loop switches TIM4 on.
     Register::new(0x4002_3810, !0),
@@ -21,7 +21,7 @@ pub(in crate::board) const REGISTERS: [Register; 33] = [
     // RCC_DCKCFGR: TIMPRE, which selects the clock of the timers.
     Register::new(0x4002_388C, 1 << 24),
     // FLASH_ACR.
-    Register::new(0x4002_3C00, 0x70F),
+    Register::new(0x4002_3C00, 0x1F0F),
     // PWR_CR: the voltage detector.
     Register::new(0x4000_7000, 0xF0),
     // GPIO A, B, C: modes without that of TXD, speeds, pulls, alternate functions.
@@ -36,15 +36,23 @@ pub(in crate::board) const REGISTERS: [Register; 33] = [
     Register::new(0x4002_0424, !0),
     Register::new(0x4002_0800, !0),
     Register::new(0x4002_080C, !0),
-    // TIM3: CCMR2, CCER, PSC, ARR, CR1.
+    // TIM3: CR2, SMCR, CCMR2, CCER, PSC, ARR, CR1.
+    Register::new(0x4000_0404, 0xFFFF),
+    Register::new(0x4000_0408, 0xFFFF),
     Register::new(0x4000_041C, 0xFFFF),
     Register::new(0x4000_0420, 0xFFFF),
     Register::new(0x4000_0428, 0xFFFF),
     Register::new(0x4000_042C, 0xFFFF),
     Register::new(0x4000_0400, 0xFFFF),
-    // SPI2: CR1, CR2.
+    // SPI2: CR1, CR2, I2SCFGR.
     Register::new(0x4000_3800, 0xFFFF),
     Register::new(0x4000_3804, 0xFFFF),
-    // GPIOA_OTYPER: TXD is push-pull.
+    Register::new(0x4000_381C, 0xFFFF),
+    // GPIO A, B, C: the outputs are push-pull. GPIOA: TXD is recessive until the controller has it.
     Register::new(0x4002_0004, 0xFFFF),
+    Register::new(0x4002_0404, 0xFFFF),
+    Register::new(0x4002_0804, 0xFFFF),
+    Register::new(0x4002_0014, 1 << 12),
+    // CPACR: the floating-point unit.
+    Register::new(0xE000_ED88, !0),
 ];

@@ -4,7 +4,7 @@ use crate::board::registers::Register;
 use crate::board::{SPI_ADDRESS, SPI_PULL};
 
 /// The registers of the [`Configuration`](crate::board::Configuration).
-pub(in crate::board) const REGISTERS: [Register; 25] = [
+pub(in crate::board) const REGISTERS: [Register; 28] = [
     // RCC: the resets of APB2 and APB1, the enables, the oscillators without their ready flags, the clock tree without SWS. The main loop
     // switches TIM4 on.
     Register::new(0x4002_100C, !0),
@@ -19,7 +19,7 @@ pub(in crate::board) const REGISTERS: [Register; 25] = [
     // PWR_CR: the voltage detector.
     Register::new(0x4000_7000, 0xF0),
     // AFIO_MAPR without SWJ_CFG, which cannot be read. Written as 000, the debug port stays on.
-    Register::new(0x4001_0004, 0x00FF_FFFF).with_others_0(),
+    Register::new(0x4001_0004, 0x00FF_FFFF).with_others(0),
     // GPIO A, B, C: modes without that of TXD; pull-ups of the accelerometer's output and of RXD, level of TXD.
     Register::new(0x4001_0800, !0),
     Register::new(0x4001_0804, !0),
@@ -29,13 +29,16 @@ pub(in crate::board) const REGISTERS: [Register; 25] = [
     Register::new(0x4001_0C0C, 0b11 << 8),
     Register::new(0x4001_1000, !0),
     Register::new(0x4001_1004, !0),
-    // TIM3: CCMR2, CCER, PSC, ARR, CR1.
+    // TIM3: CR2, SMCR, CCMR2, CCER, PSC, ARR, CR1.
+    Register::new(0x4000_0404, 0xFFFF),
+    Register::new(0x4000_0408, 0xFFFF),
     Register::new(0x4000_041C, 0xFFFF),
     Register::new(0x4000_0420, 0xFFFF),
     Register::new(0x4000_0428, 0xFFFF),
     Register::new(0x4000_042C, 0xFFFF),
     Register::new(0x4000_0400, 0xFFFF),
-    // SPI: CR1, CR2.
+    // SPI: CR1, CR2, and I2SCFGR, which SPI1 does not have: it reads as 0 there.
     Register::new(SPI_ADDRESS, 0xFFFF),
     Register::new(SPI_ADDRESS + 4, 0xFFFF),
+    Register::new(SPI_ADDRESS + 0x1C, 0xFFFF),
 ];

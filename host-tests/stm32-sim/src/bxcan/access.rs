@@ -114,6 +114,24 @@ impl BxCan {
         Ok(())
     }
 
+    /// True for the registers that [`disturb`](Self::disturb) changes, without the filters that this controller does not have.
+    pub fn is_configuration(&self, offset: u32) -> bool {
+        match Register::at(offset) {
+            Some(
+                Register::MasterControl
+                | Register::InterruptEnable
+                | Register::BitTiming
+                | Register::FilterMaster
+                | Register::FilterMode
+                | Register::FilterScale
+                | Register::FilterFifo
+                | Register::FilterActivation,
+            ) => true,
+            Some(Register::FilterBank { bank, .. }) => bank < self.state.filters.own(),
+            _ => false,
+        }
+    }
+
     /// A disturbance inverts bits of a configuration register: CAN_MCR, CAN_IER, CAN_BTR, and those of the filters. False if this model
     /// does not have the new value.
     pub fn disturb(&mut self, now: Picoseconds, offset: u32, bits: u32) -> bool {

@@ -129,7 +129,7 @@ impl Filters {
     }
 
     /// The number of banks of this controller.
-    fn own(&self) -> usize {
+    pub(super) fn own(&self) -> usize {
         let banks = self.banks.len();
         if self.shared {
             banks.min((self.second_start >> 8) as usize)

@@ -13,6 +13,7 @@ use super::cache::Place;
 use super::decode::instruction::{Instruction, ItRule, SetFlags};
 use super::decode::rule::Rule;
 use super::fault::{FaultKind, Result};
+use super::scb::SCR;
 use super::sleep::Sleep;
 use super::timing::Cost;
 use crate::io::Io;
@@ -236,6 +237,9 @@ impl CortexM3 {
                 if instructions {
                     self.fetch.forget();
                 }
+            }
+            I::WaitForInterrupt if self.system.sleeps_deeply() => {
+                return Err(FaultKind::System(SCR, "Stop mode is not modelled").into());
             }
             I::WaitForInterrupt => self.sleep(Sleep::Interrupt),
             I::WaitForEvent => self.sleep(Sleep::Event),

@@ -12,6 +12,7 @@
 pub mod decode;
 
 mod cache;
+pub mod disturbance;
 mod dwt;
 mod exceptions;
 mod execute;

@@ -10,6 +10,9 @@ use crate::io::Width;
 const KEY: u32 = 0x05FA;
 const KEY_READ: u32 = 0xFA05;
 
+/// The address of SCR.
+pub const SCR: u32 = 0xE000_ED10;
+
 /// SCR: sleep when the last handler ends.
 const SLEEPONEXIT: u32 = 1 << 1;
 /// SCR: WFI and WFE enter Stop or Standby mode (RM0008 4.3.4).
@@ -51,6 +54,16 @@ impl SystemControl {
             debug_monitor: 0,
             coprocessors: 0,
         }
+    }
+
+    /// A disturbance changes SCR.
+    pub fn disturb_sleep(&mut self, value: u32) {
+        self.sleep_control = value & (SLEEPONEXIT | SLEEPDEEP | SEVONPEND);
+    }
+
+    /// True if WFI starts Stop mode, which is not modelled.
+    pub fn sleeps_deeply(&self) -> bool {
+        self.sleep_control & SLEEPDEEP != 0
     }
 
     pub fn sleeps_on_exit(&self) -> bool {
@@ -134,7 +147,7 @@ impl CortexM3 {
         Err(FaultKind::System(address, "the program is unprivileged").into())
     }
 
-    fn read_system_word(&mut self, address: u32) -> Result<u32> {
+    pub(super) fn read_system_word(&mut self, address: u32) -> Result<u32> {
         Ok(match address & 0xFFF {
             // ICTR: the number of interrupts in units of 32, minus one.
             0x004 => u32::from(self.exceptions.interrupts.div_ceil(32)) - 1,

@@ -14,10 +14,10 @@ use std::ops::Range;
 const FLASH_MEMORY: Range<u32> = 0x0800_0000..0x1000_0000;
 
 /// The size of the area of a peripheral.
-const AREA: u32 = 0x400;
+pub(super) const AREA: u32 = 0x400;
 
 impl Peripherals {
-    fn check_clock(&self, module: Module) -> Result<(), AccessError> {
+    pub(super) fn check_clock(&self, module: Module) -> Result<(), AccessError> {
         match self.board.gate(module) {
             Some(gate) if !self.rcc.is_clocked(gate) => {
                 Err(AccessError::Unclocked(self.board.name_of(module)))
@@ -42,7 +42,7 @@ impl Peripherals {
     }
 
     /// The module at an address, and the offset in it.
-    fn module_at(&self, address: u32) -> Result<(Module, u32), AccessError> {
+    pub(super) fn module_at(&self, address: u32) -> Result<(Module, u32), AccessError> {
         let module = self.board.module(address & !(AREA - 1));
         Ok((module.ok_or(AccessError::Unmapped)?, address % AREA))
     }
