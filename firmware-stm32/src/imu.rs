@@ -1,6 +1,7 @@
 //! The measuring element: the accelerometer, and for products with a gyroscope the gyroscope in the same part.
 //!
-//! An `Element` is the driver of a part. It has a folder with everything that only this part has. The rest of the firmware uses only
+//! An `Element` is the driver of a part. It has a folder with everything that only this part has. What the drivers share is in `self_test`,
+//! `testing` and `words`. The rest of the firmware uses only
 //! the trait, `Wires` and `Fitted`.
 //!
 //! | part | feature | folder |
@@ -18,6 +19,10 @@ pub mod self_test;
 
 #[cfg(board)]
 mod element;
+#[cfg(board)]
+mod testing;
+#[cfg(board)]
+mod words;
 #[cfg(board)]
 pub use element::{Element, SpiError, Wires};
 

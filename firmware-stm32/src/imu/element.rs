@@ -52,6 +52,14 @@ pub trait Wires {
 
     /// Sends `bytes` and replaces them by the received bytes.
     fn exchange(&mut self, bytes: &mut [u8]) -> Result<(), SpiError>;
+
+    /// A complete transfer.
+    fn transfer(&mut self, bytes: &mut [u8]) -> Result<(), SpiError> {
+        self.select(true);
+        let result = self.exchange(bytes);
+        self.select(false);
+        result
+    }
 }
 
 /// Error: a transfer has failed.

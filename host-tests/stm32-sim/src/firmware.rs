@@ -65,7 +65,8 @@ pub fn build_for_element(
     element: &str,
 ) -> Result<BTreeMap<String, PathBuf>, BuildError> {
     let feature = board.facts().name;
-    let folder = format!("with-{element}");
+    let folder = Path::new(&format!("with-{element}")).join(own_folder(board).unwrap_or_default());
+    let folder = folder.to_string_lossy();
     build_with(board, names, &format!("{feature},{element}"), Some(&folder))
 }
 

@@ -10,6 +10,9 @@ also! {
     accelerometer_faults:
         fault_is_reported_and_ends_within_its_times,
         spi_runs_at_2_mhz_with_slow_edges;
+    adxl355:
+        first_frame_comes_within_100_ms_with_a_right_angle,
+        failure_is_reported_and_cleared_after_recovery;
     boot:
         first_frame_is_sent_with_first_reading,
         reset_command_switches_the_heater_off,

@@ -5,6 +5,12 @@ also! {
     crate::rig::on_the_nucleo_f103;
     accelerometer:
         accelerometer_failure_is_reported_within_200_ms_and_cleared_after_recovery;
+    accelerometer_faults:
+        fault_is_reported_and_ends_within_its_times,
+        spi_runs_at_2_mhz_with_slow_edges;
+    adxl355:
+        first_frame_comes_within_100_ms_with_a_right_angle,
+        failure_is_reported_and_cleared_after_recovery;
     boot:
         first_frame_is_sent_with_first_reading,
         cause_of_the_last_reset_is_kept,

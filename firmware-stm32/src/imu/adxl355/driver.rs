@@ -1,11 +1,12 @@
 //! The state of the driver: finding the part, its reset, settling, and the self-test.
 
 use super::counts::VALUE;
-use super::fifo::Step;
-use super::registers::Shadows;
+use super::registers::{Shadows, reading};
 use crate::board::ImuWires;
 use crate::imu::Element;
-use crate::imu::self_test::{self, SelfTest};
+use crate::imu::testing::Testing;
+use crate::imu::words::Words;
+use adi_adxl355::Register;
 use plumbline::measure::calibration::Part;
 use plumbline::measure::resampler::{Resampler, TAPS_1000};
 use plumbline::measure::self_test::{Limits, Working};
@@ -64,11 +65,7 @@ pub(super) enum State {
 pub struct Adxl355<const TESTS: usize> {
     pub(super) wires: ImuWires,
     pub(super) state: State,
-    pub(super) step: Step,
-    /// The number of values to read, with the present one.
-    pub(super) values: u8,
-    /// The present value: the bytes to send, replaced by the received ones.
-    pub(super) bytes: [u8; VALUE],
+    pub(super) words: Words<VALUE>,
     pub(super) resampler: Resampler<i32, 0, TAPS_1000>,
     /// The number of values since the start, modulo 2^32.
     pub(super) taken: u32,
@@ -88,10 +85,7 @@ pub struct Adxl355<const TESTS: usize> {
     pub(super) doubted: bool,
     /// SELF_TEST.
     pub(super) force: u8,
-    /// The running self-test.
-    test: [Option<SelfTest>; TESTS],
-    /// The result of the last self-test, until it is read.
-    tested: Option<Working>,
+    pub(super) testing: Testing<TESTS>,
     /// The missing part is logged.
     reported: bool,
 }
@@ -110,9 +104,7 @@ impl<const TESTS: usize> Element for Adxl355<TESTS> {
             state: State::Absent {
                 retry: Instant::from_ticks(0),
             },
-            step: Step::None,
-            values: 0,
-            bytes: [0; VALUE],
+            words: Words::new(reading(Register::FIFO_DATA)),
             resampler: const { Resampler::new() }, // as a constant, its values are cleared without a loop
             taken: 0,
             counted: None,
@@ -123,15 +115,14 @@ impl<const TESTS: usize> Element for Adxl355<TESTS> {
             temperature: None,
             doubted: false,
             force: 0,
-            test: [const { None }; TESTS],
-            tested: None,
+            testing: Testing::NONE,
             reported: false,
         }
     }
 
     fn start(&mut self, now: Instant) {
-        if !matches!(self.state, State::Running { .. }) && self.running_test().is_some() {
-            self.end_test(Working::default());
+        if !matches!(self.state, State::Running { .. }) {
+            self.testing.abort();
         }
         match self.state {
             State::Absent { retry } if reached(now, retry) => self.find(now),
@@ -148,11 +139,11 @@ impl<const TESTS: usize> Element for Adxl355<TESTS> {
                 ..
             } => {
                 *misses += 1;
-                self.step = Step::Level;
-                if *readings >= COMPARE {
+                let compare = *readings >= COMPARE;
+                if compare {
                     *readings = 0;
-                    self.step = Step::Compare;
                 }
+                self.words.begin(compare);
                 *readings += 1;
                 if self.is_timed {
                     self.resampler.follow();
@@ -162,7 +153,7 @@ impl<const TESTS: usize> Element for Adxl355<TESTS> {
     }
 
     fn busy(&self) -> bool {
-        !matches!(self.step, Step::None)
+        self.words.is_busy()
     }
 
     fn step(&mut self, now: Instant) -> Option<Reading> {
@@ -174,47 +165,24 @@ impl<const TESTS: usize> Element for Adxl355<TESTS> {
     }
 
     fn test(&mut self) {
-        self.test = [const { Some(SelfTest::begin(&Self::LIMITS, 0)) }; TESTS];
+        self.testing.begin(const { &Self::LIMITS }, 0);
     }
 
     fn tested(&mut self) -> Option<Working> {
-        if TESTS == 0 {
-            return None;
-        }
-        self.tested.take()
+        self.testing.result()
     }
 }
 
 impl<const TESTS: usize> Adxl355<TESTS> {
-    /// The running self-test.
-    pub(super) fn running_test(&mut self) -> Option<&mut SelfTest> {
-        self.test.first_mut()?.as_mut()
-    }
-
-    /// Performs one step of the self-test while no transfer is running. Returns the reading for the node.
-    pub(super) fn carry_test_on(&mut self, now: Instant, reading: Reading) -> Option<Reading> {
-        let test = self.running_test()?;
-        let step = test.step(reading.acceleration);
-        let reading = Reading {
-            acceleration: test.held(),
-            clipped: false,
-            ..reading
-        };
-        match step {
-            self_test::Step::None => {}
-            self_test::Step::SetUp(set_up) if self.change(set_up).is_ok() => {}
-            self_test::Step::SetUp(_) => self.absent(now),
-            self_test::Step::Done(working) => {
-                info!("self-test: {}", working);
-                self.end_test(working);
-            }
+    /// Performs one step of the self-test, if it runs, while no transfer is running. Returns the reading for the node.
+    pub(super) fn carry_test_on(&mut self, now: Instant, reading: Reading) -> Reading {
+        let (reading, set_up) = self.testing.step(reading);
+        if let Some(set_up) = set_up
+            && self.change(set_up).is_err()
+        {
+            self.absent(now);
         }
-        Some(reading)
-    }
-
-    fn end_test(&mut self, working: Working) {
-        self.test = [const { None }; TESTS];
-        self.tested = Some(working);
+        reading
     }
 
     /// The part is missing.
@@ -228,7 +196,7 @@ impl<const TESTS: usize> Adxl355<TESTS> {
         } else {
             BOOT_RETRY_MS
         };
-        self.step = Step::None;
+        self.words.stop();
         self.state = State::Absent {
             retry: after(now, millis(pause)),
         };
@@ -236,7 +204,7 @@ impl<const TESTS: usize> Adxl355<TESTS> {
 
     /// The part is to be configured again, if it answers.
     pub(super) fn begin_again(&mut self, now: Instant) {
-        self.step = Step::None;
+        self.words.stop();
         self.state = State::Absent { retry: now };
     }
 

@@ -1,11 +1,9 @@
 //! The FIFO: its steps, the values in it and the readings of them.
 
-use super::counts::{self, STATE, VALUE, Value};
+use super::counts::{self, STATE, Value};
 use super::driver::{Adxl355, COMPARE, MEASUREMENT_US, State};
-use super::registers::reading;
 use crate::board::MOUNTING;
-use crate::imu::Wires;
-use adi_adxl355::Register;
+use crate::imu::words::Task;
 use plumbline::measure::Reading;
 use plumbline::time::Instant;
 
@@ -13,81 +11,25 @@ use plumbline::time::Instant;
 /// it was read.
 const TEMPERATURE_STEP: u16 = 16;
 
-/// The next step of reading the part.
-#[derive(Clone, Copy)]
-pub(super) enum Step {
-    /// Nothing: the part is not read.
-    None,
-    /// Compare identity and configuration.
-    Compare,
-    /// Read the number of values and the temperature.
-    Level,
-    /// Exchange the first half of a value.
-    FirstHalf,
-    /// Exchange the second half.
-    SecondHalf,
-    /// Evaluate the value.
-    Evaluate,
-}
-
 impl<const TESTS: usize> Adxl355<TESTS> {
     pub(super) fn read_on(&mut self, now: Instant) -> Option<Reading> {
-        let (first, second) = self.bytes.split_at_mut(VALUE / 2);
-        match self.step {
-            Step::None => None,
-            Step::Compare => {
+        match self.words.step(&mut self.wires) {
+            Task::None => None,
+            Task::Compare => {
                 self.compare(now);
                 None
             }
-            Step::Level => {
-                self.values = self.level(now);
-                self.next_value();
+            Task::Level => {
+                let values = self.level(now);
+                self.words.expect(values.into());
                 None
             }
-            Step::FirstHalf => {
-                self.wires.select(true);
-                let sent = self.wires.exchange(first);
-                self.step = Step::SecondHalf;
-                self.skip(sent.is_err());
-                None
-            }
-            Step::SecondHalf => {
-                let sent = self.wires.exchange(second);
-                self.wires.select(false);
-                self.step = Step::Evaluate;
-                self.skip(sent.is_err());
-                None
-            }
-            Step::Evaluate => {
-                let bytes = self.bytes;
-                self.values = self.values.saturating_sub(1);
-                self.next_value();
-                self.take(now, counts::value(&bytes))
-            }
-        }
-    }
-
-    /// Prepares the transfer of the next value, if there is one.
-    fn next_value(&mut self) {
-        self.bytes = [0; VALUE];
-        self.bytes[0] = reading(Register::FIFO_DATA);
-        self.step = match self.values {
-            0 => Step::None,
-            _ => Step::FirstHalf,
-        };
-    }
-
-    /// After a failure of the SPI: ends the transfer and the reading of the FIFO.
-    fn skip(&mut self, failed: bool) {
-        if failed {
-            self.wires.select(false);
-            self.step = Step::None;
+            Task::Evaluate(bytes) => self.take(now, counts::value(&bytes)),
         }
     }
 
     /// Compares identity and configuration with what they must be. A second difference, 5 ms after the first one, is none of the transfer.
     fn compare(&mut self, now: Instant) {
-        self.step = Step::Level;
         let own = self.identifies();
         let is_right = own.and_then(|own| Ok(own && self.is_configured()?)) == Ok(true);
         if is_right {
@@ -179,9 +121,6 @@ impl<const TESTS: usize> Adxl355<TESTS> {
             clipped: core::mem::take(&mut self.clipped),
             ..Reading::default()
         };
-        if self.running_test().is_some() {
-            return self.carry_test_on(now, reading);
-        }
-        Some(reading)
+        Some(self.carry_test_on(now, reading))
     }
 }

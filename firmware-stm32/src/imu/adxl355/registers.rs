@@ -115,16 +115,8 @@ impl<const TESTS: usize> Adxl355<TESTS> {
     pub(super) fn state(&mut self) -> Result<[u8; STATE], SpiError> {
         let mut bytes = [0; STATE];
         bytes[0] = reading(Register::STATUS);
-        self.transfer(&mut bytes)?;
+        self.wires.transfer(&mut bytes)?;
         Ok(bytes)
-    }
-
-    /// A complete transfer.
-    fn transfer(&mut self, bytes: &mut [u8]) -> Result<(), SpiError> {
-        self.wires.select(true);
-        let result = self.wires.exchange(bytes);
-        self.wires.select(false);
-        result
     }
 
     /// Reads consecutive registers.
@@ -138,7 +130,7 @@ impl<const TESTS: usize> Adxl355<TESTS> {
     }
 
     fn write(&mut self, register: Register, value: u8) -> Result<(), SpiError> {
-        self.transfer(&mut [(register as u8) << 1, value])
+        self.wires.transfer(&mut [(register as u8) << 1, value])
     }
 }
 

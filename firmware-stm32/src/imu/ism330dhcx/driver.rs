@@ -1,11 +1,14 @@
 //! The state of the driver: finding the part, settling, and the self-test.
 
 use super::counts::{FRACTION, WORD};
-use super::fifo::Step;
+use super::registers::READ;
 use super::tags::Tags;
 use crate::board::ImuWires;
-use crate::imu::self_test::{self, SelfTest, SetUp};
+use crate::imu::self_test::SetUp;
+use crate::imu::testing::Testing;
+use crate::imu::words::Words;
 use crate::imu::{Element, SpiError};
+use ism330dhcx_rs::blocking::prelude::Reg;
 use plumbline::measure::calibration::Part;
 use plumbline::measure::mean_rate::MeanRate;
 use plumbline::measure::resampler::Resampler;
@@ -97,27 +100,20 @@ impl Gyroscope {
 pub struct Ism330dhcx<const TESTS: usize, const GYROSCOPES: usize> {
     pub(super) wires: ImuWires,
     pub(super) state: State,
-    pub(super) step: Step,
-    /// The number of words to read, with the present one.
-    pub(super) words: u16,
+    pub(super) words: Words<WORD>,
     /// The judgement of the tags.
     pub(super) tags: Tags,
     /// The number of the register to compare next.
     pub(super) next: usize,
     /// The present range and self-test.
     pub(super) set_up: SetUp,
-    /// The present word: the bytes to send, replaced by the received ones.
-    pub(super) bytes: [u8; WORD],
     pub(super) resampler: Resampler<i16, FRACTION>,
     pub(super) gyroscope: [Gyroscope; GYROSCOPES],
     /// An axis was at the limit of its range since the last reading.
     pub(super) clipped: bool,
     /// The last temperature in 0.01 degC; None before the first one.
     pub(super) temperature: Option<i16>,
-    /// The running self-test.
-    test: [Option<SelfTest>; TESTS],
-    /// The result of the last self-test, until it is read.
-    tested: Option<Working>,
+    pub(super) testing: Testing<TESTS>,
     /// The failure that is logged.
     reported: Option<Trouble>,
     /// There were repeated errors on the line since the last reading.
@@ -138,26 +134,23 @@ impl<const TESTS: usize, const GYROSCOPES: usize> Element for Ism330dhcx<TESTS, 
             state: State::Absent {
                 retry: Instant::from_ticks(0),
             },
-            step: Step::None,
-            words: 0,
+            words: Words::new(Reg::FifoDataOutTag as u8 | READ),
             tags: Tags::INITIAL,
             next: 0,
             set_up: SetUp::Normal,
-            bytes: [0; WORD],
             resampler: const { Resampler::new() }, // as a constant, its values are cleared without a loop
             gyroscope: [Gyroscope::INITIAL; GYROSCOPES],
             clipped: false,
             temperature: None,
-            test: [const { None }; TESTS],
-            tested: None,
+            testing: Testing::NONE,
             reported: None,
             doubted: false,
         }
     }
 
     fn start(&mut self, now: Instant) {
-        if matches!(self.state, State::Absent { .. }) && self.running_test().is_some() {
-            self.end_test(Working::default());
+        if matches!(self.state, State::Absent { .. }) {
+            self.testing.abort();
         }
         match self.state {
             State::Absent { retry } if reached(now, retry) => self.find(now),
@@ -165,14 +158,14 @@ impl<const TESTS: usize, const GYROSCOPES: usize> Element for Ism330dhcx<TESTS, 
             State::Running { misses, .. } if misses >= MISSES => self.fail(now, Trouble::NoValues),
             State::Running { ref mut misses, .. } => {
                 *misses += 1;
-                self.step = Step::Compare;
+                self.words.begin(true);
                 self.resampler.follow();
             }
         }
     }
 
     fn busy(&self) -> bool {
-        !matches!(self.step, Step::None)
+        self.words.is_busy()
     }
 
     fn step(&mut self, now: Instant) -> Option<Reading> {
@@ -185,47 +178,24 @@ impl<const TESTS: usize, const GYROSCOPES: usize> Element for Ism330dhcx<TESTS, 
     }
 
     fn test(&mut self) {
-        self.test = [const { Some(SelfTest::begin(&Self::LIMITS, HALVED)) }; TESTS];
+        self.testing.begin(const { &Self::LIMITS }, HALVED);
     }
 
     fn tested(&mut self) -> Option<Working> {
-        if TESTS == 0 {
-            return None;
-        }
-        self.tested.take()
+        self.testing.result()
     }
 }
 
 impl<const TESTS: usize, const GYROSCOPES: usize> Ism330dhcx<TESTS, GYROSCOPES> {
-    /// The running self-test.
-    pub(super) fn running_test(&mut self) -> Option<&mut SelfTest> {
-        self.test.first_mut()?.as_mut()
-    }
-
-    /// Performs one step of the self-test while no transfer is running. Returns the reading for the node.
-    pub(super) fn carry_test_on(&mut self, now: Instant, reading: Reading) -> Option<Reading> {
-        let test = self.running_test()?;
-        let step = test.step(reading.acceleration);
-        let reading = Reading {
-            acceleration: test.held(),
-            clipped: false,
-            ..reading
-        };
-        match step {
-            self_test::Step::None => {}
-            self_test::Step::SetUp(set_up) if self.change(set_up).is_ok() => {}
-            self_test::Step::SetUp(_) => self.fail(now, Trouble::Silent),
-            self_test::Step::Done(working) => {
-                info!("self-test: {}", working);
-                self.end_test(working);
-            }
+    /// Performs one step of the self-test, if it runs, while no transfer is running. Returns the reading for the node.
+    pub(super) fn carry_test_on(&mut self, now: Instant, reading: Reading) -> Reading {
+        let (reading, set_up) = self.testing.step(reading);
+        if let Some(set_up) = set_up
+            && self.change(set_up).is_err()
+        {
+            self.fail(now, Trouble::Silent);
         }
-        Some(reading)
-    }
-
-    fn end_test(&mut self, working: Working) {
-        self.test = [const { None }; TESTS];
-        self.tested = Some(working);
+        reading
     }
 
     /// There are no readings until the accelerometer is configured again, which is tried at once.
@@ -235,8 +205,7 @@ impl<const TESTS: usize, const GYROSCOPES: usize> Ism330dhcx<TESTS, GYROSCOPES> 
             self.reported = Some(trouble);
         }
         self.doubted |= trouble == Trouble::Line;
-        self.step = Step::None;
-        self.words = 0;
+        self.words.stop();
         self.state = State::Absent { retry: now };
     }
 
@@ -270,7 +239,8 @@ impl<const TESTS: usize, const GYROSCOPES: usize> Ism330dhcx<TESTS, GYROSCOPES> 
 
     /// The accelerometer has settled.
     pub(super) fn settled(&mut self) {
-        info!("accelerometer found");
+        // They differ in a register that is reserved in the ASM330LHH, so it is not tried which one it is.
+        info!("accelerometer found: ISM330DHCX or ASM330LHH");
         self.reported = None;
         self.doubted = false;
     }

@@ -6,6 +6,7 @@ use super::registers::READ;
 use super::tags;
 use crate::board::MOUNTING;
 use crate::imu::Wires;
+use crate::imu::words::Task;
 use ism330dhcx_rs::blocking::prelude::Reg;
 use plumbline::measure::{I32x3, Reading};
 use plumbline::time::Instant;
@@ -13,78 +14,29 @@ use plumbline::time::Instant;
 /// The number of consecutive samples without an angular rate after which the gyroscope has failed: 200 ms. It turns on within 35 ms.
 const SILENT_SAMPLES: u8 = 40;
 
-/// The next step of reading the FIFO.
-#[derive(Clone, Copy)]
-pub(super) enum Step {
-    /// Nothing: the FIFO is not read.
-    None,
-    /// Compare registers with their values: 44 us.
-    Compare,
-    /// Read the number of words.
-    Level,
-    /// Exchange the first half of a word: 16 us.
-    FirstHalf,
-    /// Exchange the second half.
-    SecondHalf,
-    /// Evaluate the word.
-    Evaluate,
-}
-
 impl<const TESTS: usize, const GYROSCOPES: usize> Ism330dhcx<TESTS, GYROSCOPES> {
     /// Performs one step of reading the FIFO. Returns a reading if one is complete, unless the accelerometer is missing or
     /// settling.
     pub(super) fn read_on(&mut self, now: Instant) -> Option<Reading> {
-        let (first, second) = self.bytes.split_at_mut(WORD / 2);
-        match self.step {
-            Step::None => return None,
-            Step::Compare => {
-                self.step = Step::Level;
+        match self.words.step(&mut self.wires) {
+            Task::None => None,
+            Task::Compare => {
                 self.compare(now);
-                return None;
+                None
             }
-            Step::Level => self.words = self.level(now),
-            Step::FirstHalf => {
-                self.wires.select(true);
-                let sent = self.wires.exchange(first);
-                self.step = Step::SecondHalf;
-                return self.skip(sent.is_err());
+            Task::Level => {
+                let words = self.level(now);
+                self.words.expect(words);
+                None
             }
-            Step::SecondHalf => {
-                let sent = self.wires.exchange(second);
-                self.wires.select(false);
-                self.step = Step::Evaluate;
-                return self.skip(sent.is_err());
-            }
-            Step::Evaluate => self.words -= 1,
+            Task::Evaluate(bytes) => self.take(now, &bytes),
         }
-        let bytes = self.bytes;
-        let evaluates = matches!(self.step, Step::Evaluate);
-        self.bytes = [0; WORD];
-        self.bytes[0] = Reg::FifoDataOutTag as u8 | READ;
-        self.step = match self.words {
-            0 => Step::None,
-            _ => Step::FirstHalf,
-        };
-        if evaluates {
-            self.take(now, &bytes)
-        } else {
-            None
-        }
-    }
-
-    /// After a failure of the SPI: ends the transfer and the reading of the FIFO.
-    fn skip(&mut self, failed: bool) -> Option<Reading> {
-        if failed {
-            self.wires.select(false);
-            self.step = Step::None;
-        }
-        None
     }
 
     /// The number of words in the FIFO.
     fn level(&mut self, now: Instant) -> u16 {
         let mut bytes = [Reg::FifoStatus1 as u8 | READ, 0, 0];
-        if self.transfer(&mut bytes).is_err() {
+        if self.wires.transfer(&mut bytes).is_err() {
             return 0;
         }
         let status = [bytes[1], bytes[2]];
@@ -132,8 +84,7 @@ impl<const TESTS: usize, const GYROSCOPES: usize> Ism330dhcx<TESTS, GYROSCOPES> 
         if !self.tags.accept(tag) {
             if tag == tags::EMPTY {
                 // The number of words was wrong.
-                self.words = 0;
-                self.step = Step::None;
+                self.words.stop();
             }
             self.spoil(now);
             return None;
@@ -175,10 +126,7 @@ impl<const TESTS: usize, const GYROSCOPES: usize> Ism330dhcx<TESTS, GYROSCOPES> 
         if GYROSCOPES > 0 {
             reading.angular_rate = rate?;
         }
-        if self.running_test().is_some() {
-            return self.carry_test_on(now, reading);
-        }
-        Some(reading)
+        Some(self.carry_test_on(now, reading))
     }
 
     /// The mean angular rate up to the last output of the resampler. None if there is none yet, or no gyroscope.

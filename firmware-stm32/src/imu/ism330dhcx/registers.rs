@@ -64,7 +64,7 @@ impl<const TESTS: usize, const GYROSCOPES: usize> Ism330dhcx<TESTS, GYROSCOPES> 
         // The last one, CTRL1_XL, starts the accelerometer.
         let controls = Self::controls(SetUp::Normal);
         for (place, value) in controls.into_iter().enumerate().rev() {
-            self.transfer(&mut [CONTROLS + place as u8, value])?;
+            self.wires.transfer(&mut [CONTROLS + place as u8, value])?;
         }
         let read = self.read_controls()?;
         if read[GYROSCOPE] != controls[GYROSCOPE] {
@@ -133,7 +133,7 @@ impl<const TESTS: usize, const GYROSCOPES: usize> Ism330dhcx<TESTS, GYROSCOPES> 
     fn read_controls(&mut self) -> Result<[u8; 8], SpiError> {
         let mut bytes = [0; 9];
         bytes[0] = CONTROLS | READ;
-        self.transfer(&mut bytes)?;
+        self.wires.transfer(&mut bytes)?;
         let [_, controls @ ..] = bytes;
         Ok(controls)
     }
@@ -145,22 +145,14 @@ impl<const TESTS: usize, const GYROSCOPES: usize> Ism330dhcx<TESTS, GYROSCOPES> 
         self.write(Reg::Ctrl1Xl, range(set_up))
     }
 
-    /// A complete transfer.
-    pub(super) fn transfer(&mut self, bytes: &mut [u8]) -> Result<(), SpiError> {
-        self.wires.select(true);
-        let result = self.wires.exchange(bytes);
-        self.wires.select(false);
-        result
-    }
-
     fn read(&mut self, register: Reg) -> Result<u8, SpiError> {
         let mut bytes = [register as u8 | READ, 0];
-        self.transfer(&mut bytes)?;
+        self.wires.transfer(&mut bytes)?;
         Ok(bytes[1])
     }
 
     fn write(&mut self, register: Reg, value: u8) -> Result<(), SpiError> {
-        self.transfer(&mut [register as u8, value])
+        self.wires.transfer(&mut [register as u8, value])
     }
 }
 
