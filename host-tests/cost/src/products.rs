@@ -1,21 +1,22 @@
-//! The measured products, and the messages of the scenario: written for a product (`messages`, `ims360`, `tiltix`), or made from its tables
-//! (`canopen`, `j1939`).
+//! The measured products, and the messages of the scenario. They are made from the tables of a product. For two products with CANopen they
+//! are written, with the filters and services that only these have (`ims360`, `jn2101`).
 
 mod canopen;
+mod devicenet;
+mod fsc;
 mod ims360;
 mod j1939;
-mod messages;
-mod tiltix;
+mod jn2101;
 
 use bench::BusRate;
 use ims360::IMS360;
-use messages::{CANOPEN, FSC};
+use jn2101::JN2101;
 use plumbline::can::{Frame, extended, standard};
 use plumbline::canopen::dictionary::Object;
 use plumbline::model::catalog::{self, Product, bases};
+use plumbline::param::Parameter;
 use plumbline::time::Duration;
 use stm32_sim::board::Board;
-use tiltix::DEVICENET;
 
 /// A message of the tester: an identifier, of 29 bits above 7FFh, and data.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -72,6 +73,16 @@ const fn asked<const N: usize>(messages: [Message; N]) -> [Step; N] {
         place += 1;
     }
     steps
+}
+
+/// Messages made from tables, in the form of those that are constants.
+fn leak(protocol: Protocol) -> &'static Protocol {
+    Box::leak(Box::new(protocol))
+}
+
+/// Whether a parameter sets a filter of the measurement: its name says so.
+fn is_filter(parameter: &Parameter) -> bool {
+    parameter.name.to_lowercase().contains("filter")
 }
 
 /// A request within a sequence, and the row that it fills.
@@ -198,8 +209,8 @@ impl MeasuredProduct {
     /// A product with the messages that are written for it, otherwise with those made from its tables.
     pub fn of(product: &Product) -> Self {
         let protocol = match &product.protocol {
-            catalog::Protocol::Fsc(_) => &FSC,
-            catalog::Protocol::Devicenet(_) => &DEVICENET,
+            catalog::Protocol::Fsc(tables) => fsc::messages(product, tables),
+            catalog::Protocol::Devicenet(tables) => devicenet::messages(product, tables),
             catalog::Protocol::J1939(tables) => j1939::messages(product, tables),
             catalog::Protocol::Canopen(tables) => {
                 let is_written = |own: &&'static Protocol| {
@@ -210,7 +221,7 @@ impl MeasuredProduct {
                     both && id == 0x600 + node_id
                         && filter.is_some_and(|message| message.names(tables.objects))
                 };
-                let mut written = [&CANOPEN, &IMS360].into_iter();
+                let mut written = [&JN2101, &IMS360].into_iter();
                 let found = written.find(is_written);
                 found.unwrap_or_else(|| canopen::messages(product, tables))
             }
@@ -262,7 +273,28 @@ pub fn of_model(name: &str, nucleo: bool) -> Option<MeasuredProduct> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::recorded::Recorded;
+    use super::super::rows::ROWS;
     use super::*;
+
+    /// A filter that is not found is not measured, and the answers are not those with the slowest filter.
+    #[test]
+    fn messages_set_each_filter_whose_load_is_recorded() {
+        let recorded = Recorded::of_the_project().expect("the file is valid");
+        for product in all() {
+            let is_load = |key: &str| key.starts_with("load_");
+            let rows = ROWS.iter().filter(|row| is_load(row.key));
+            let expected = rows.filter(|row| recorded.of(product.label, row).is_some());
+            let mut expected: Vec<&str> = expected.map(|row| row.key).collect();
+            let filters = product.protocol.filters.iter();
+            let mut measured: Vec<&str> = filters.map(|filter| filter.load).collect();
+            expected.sort_unstable();
+            measured.sort_unstable();
+            assert_eq!(measured, expected, "{}", product.label);
+            let slowest = product.protocol.slowest_filter;
+            assert_eq!(slowest.is_some(), measured.len() > 1, "{}", product.label);
+        }
+    }
 
     #[test]
     fn product_that_differs_by_constants_is_not_measured() {

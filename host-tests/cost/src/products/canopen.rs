@@ -1,6 +1,6 @@
 //! The messages of the scenario for a product with CANopen, made from its tables: for a product without messages of its own.
 
-use super::{Filter, Message, Protocol, Service, Step};
+use super::{Filter, Message, Protocol, Service, Step, leak};
 use bench::BusRate;
 use plumbline::can::BitRate;
 use plumbline::canopen::dictionary::{Access, Object, Service as Provided, Target};
@@ -46,7 +46,7 @@ pub(super) fn messages(product: &Product, tables: &Tables) -> &'static Protocol 
     let mut load = source.command(LOAD, b"load");
     // Its reply is the boot-up message.
     load.push(RESET);
-    let protocol = Protocol {
+    leak(Protocol {
         modules: &["plumbline::canopen::"],
         bus: BusRate::Follow,
         preparation: steps(&source.preparation()),
@@ -72,8 +72,7 @@ pub(super) fn messages(product: &Product, tables: &Tables) -> &'static Protocol 
         saves_later: millis(0),
         load: load.leak(),
         restart: &[],
-    };
-    Box::leak(Box::new(protocol))
+    })
 }
 
 /// The messages with a reply, then the start, which has none.

@@ -1,7 +1,7 @@
 //! The messages of the scenario for a product with J1939 only, made from its tables: requests for its groups and for the messages that each
 //! node has. A write is a command of the maker, which the tables do not have.
 
-use super::{Filter, Message, Protocol};
+use super::{Filter, Message, Protocol, leak};
 use bench::BusRate;
 use plumbline::j1939::identifier::{
     ACTIVE_CODES, ADDRESS_CLAIMED, ECU_IDENTIFICATION, Pgn, SOFTWARE_IDENTIFICATION,
@@ -35,7 +35,7 @@ pub(super) fn messages(product: &Product, tables: &Tables) -> &'static Protocol 
         settings: &[],
         load: "load_off",
     };
-    let protocol = Protocol {
+    leak(Protocol {
         modules: &["plumbline::j1939::"],
         bus: BusRate::Follow,
         preparation: &[],
@@ -62,6 +62,5 @@ pub(super) fn messages(product: &Product, tables: &Tables) -> &'static Protocol 
         saves_later: millis(0),
         load: &[],
         restart: &[],
-    };
-    Box::leak(Box::new(protocol))
+    })
 }

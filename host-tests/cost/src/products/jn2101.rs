@@ -1,97 +1,8 @@
-//! The messages of the scenario in each protocol.
+//! The messages of the scenario for the JN2101: CANopen with FIR filters, programming key and self-test.
 
 use super::{Filter, Message, Protocol, asked};
 use bench::BusRate;
-use plumbline::can::BitRate;
 use plumbline::time::millis;
-
-/// A request with the factory's Set-Parameter-ID.
-const fn request(data: &'static [u8]) -> Message {
-    Message(0x300, data)
-}
-
-/// The Butterworth filter at 0.1 Hz.
-const BUTTERWORTH: Message = request(&[0x27, 0x64, 0x00, 1]);
-
-/// GEMAC's function select codes (table 17 of the manual). A one-axis product refuses the two writes to its second angle; this is
-/// also a reply.
-pub(super) const FSC: Protocol = Protocol {
-    modules: &["plumbline::fsc::"],
-    // The sensor detects the bit rate.
-    bus: BusRate::Fixed(BitRate::M1),
-    preparation: &[],
-    boot_up: 2,
-    begin: &[],
-    online: millis(0),
-    connection: &[],
-    emergency: None,
-    read: request(&[0x00]),
-    // Cyclic time 20 ms.
-    write: request(&[0x25, 20, 0]),
-    read_code: 1,
-    sync: Message(0x100, &[]),
-    sync_code: 1,
-    filters: &[
-        Filter {
-            settings: &[request(&[0x27, 0xD0, 0x07, 0])],
-            load: "load_off",
-        },
-        // 0.1 Hz, 25 Hz, and 2 Hz, at which the samples are measured.
-        Filter {
-            settings: &[
-                BUTTERWORTH,
-                request(&[0x27, 0xA8, 0x61, 1]),
-                request(&[0x27, 0xD0, 0x07, 1]),
-            ],
-            load: "load_butterworth",
-        },
-        // 0.1 Hz, 8 Hz, 2 Hz.
-        Filter {
-            settings: &[
-                request(&[0x27, 0x64, 0x00, 2]),
-                request(&[0x27, 0x40, 0x1F, 2]),
-                request(&[0x27, 0xD0, 0x07, 2]),
-            ],
-            load: "load_critically_damped",
-        },
-    ],
-    slowest_filter: Some(BUTTERWORTH),
-    others: &[
-        request(&[0x02]),
-        request(&[0x03]),
-        request(&[0x04]),
-        request(&[0x10]),
-        request(&[0x11]),
-        request(&[0x12]),
-        request(&[0x13]),
-        request(&[0x14]),
-        request(&[0x15]),
-        request(&[0x16]),
-        request(&[0x17]),
-        request(&[0x18]),
-        request(&[0x19]),
-        request(&[0x20, 0x00, 0x03, 0, 0]),
-        request(&[0x21, 0x01, 0x03, 0, 0]),
-        request(&[0x22, 0x00, 0x01, 0, 0]),
-        // Automatic zero point adjustment, then a number.
-        request(&[0x28]),
-        request(&[0x29]),
-        request(&[0x28, 0x64, 0x00]),
-        request(&[0x29, 0x64, 0x00]),
-        request(&[0xFF]),
-        // An unknown code.
-        request(&[0x77]),
-    ],
-    services: &[],
-    j1939: None,
-    cyclic: &[request(&[0x25, 5, 0]), request(&[0x26, 1])],
-    not_cyclic: &[request(&[0x26, 0])],
-    set_up: &[request(&[0x23, 9]), request(&[0x24, 1])],
-    saves: &[request(&[0x50, b'S', b'A', b'V', b'E'])],
-    saves_later: millis(0),
-    load: &[request(&[0x40, b'L', b'O', b'A', b'D'])],
-    restart: &[request(&[0xFF, b'R', b'E', b'S', b'E', b'T'])],
-};
 
 /// An SDO request to the factory node id of the JN2101.
 const fn sdo(data: &'static [u8; 8]) -> Message {
@@ -109,7 +20,7 @@ const fn fir(settings: &'static [Message], load: &'static str) -> Filter {
 }
 
 /// CANopen with the objects of the JN2101 (section 14 of its manual).
-pub(super) const CANOPEN: Protocol = Protocol {
+pub(super) const JN2101: Protocol = Protocol {
     modules: &["plumbline::canopen::"],
     bus: BusRate::Follow,
     preparation: &asked([
