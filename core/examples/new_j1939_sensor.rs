@@ -71,40 +71,41 @@ const fn signal(name: &'static str, spn: u32, start: u8, bits: u8, contents: Con
     }
 }
 
-const SIGNALS: &[Signal] = &[
-    signal(
-        "Slope",
-        520_193,
-        0,
-        16,
-        Contents::Own {
-            resolution: (1, 100),
-            offset: -300,
-            unit: "deg",
-        },
-    ),
-    signal(
-        "SlopeStatus",
-        520_194,
-        16,
-        2,
-        Contents::Own {
-            resolution: (1, 1),
-            offset: 0,
-            unit: "",
-        },
-    ),
-];
+/// The description of the group.
+const SLOPE_GROUP: Group = Group {
+    name: "SLOPE",
+    pgn: PGN,
+    signals: &[
+        signal(
+            "Slope",
+            520_193,
+            0,
+            16,
+            Contents::Own {
+                resolution: (1, 100),
+                offset: -300,
+                unit: "deg",
+            },
+        ),
+        signal(
+            "SlopeStatus",
+            520_194,
+            16,
+            2,
+            Contents::Own {
+                resolution: (1, 1),
+                offset: 0,
+                unit: "",
+            },
+        ),
+    ],
+};
 
-/// The data of the group. Bits without a signal are 1.
+/// The data of the group: a slope that is not measured is not available.
 fn group(node: &Context<Slope>) -> [u8; 8] {
     let defective = node.values.faults().intersects(Faults::SENSOR);
     let [slope] = node.values.numbers;
-    // All bits of a number that is not available are 1.
-    let raw = if defective { 0xFFFF } else { slope + 30_000 };
-    let [low, high, ..] = raw.to_le_bytes();
-    let status = 0xFC | u8::from(defective);
-    [low, high, status, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF]
+    SLOPE_GROUP.data(&[(!defective).then_some(slope), Some(defective.into())])
 }
 
 impl Product for Mast {
@@ -116,11 +117,7 @@ impl Product for Mast {
         priority: Setting::Constant(3),
         data: group,
     }];
-    const GROUPS: &'static [Group] = &[Group {
-        name: "SLOPE",
-        pgn: PGN,
-        signals: SIGNALS,
-    }];
+    const GROUPS: &'static [Group] = &[SLOPE_GROUP];
     const ADDRESS: ParameterId = ADDRESS;
     // Arbitrary address capable, industry group, vehicle system instance, vehicle system, function, function instance, ECU instance,
     // manufacturer code.
@@ -184,7 +181,8 @@ pub const LISTING: listing::Product = listing::Product::j1939::<Mast>(
 /// The sensor.
 pub type Sensor = J1939Node<Mast>;
 
-fn main() {
+/// Prints the frames of half a second.
+pub fn main() {
     use plumbline::can::extended;
     use plumbline::time::{after, millis};
     let mut sensor = Sensor::new(Instant::from_ticks(0), &Boot::default());

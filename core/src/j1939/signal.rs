@@ -100,7 +100,7 @@ pub enum Contents {
         /// The unit of resolution and offset.
         unit: &'static str,
     },
-    /// A number of the product, which the function of the group composes; [`compose`] sends ones.
+    /// A number of the product, which the function of the group passes to [`Group::data`]; [`compose`] sends ones.
     Own {
         /// The value of one bit in `unit`, as a fraction.
         resolution: (u64, u64),
@@ -143,6 +143,45 @@ pub struct Group {
     pub pgn: Pgn,
     /// Its signals. The figure of merit of a value comes after the value.
     pub signals: &'static [Signal],
+}
+
+impl Group {
+    /// The data of a group with numbers of the product, for [`Contents::Own`]. The numbers are in the order of the signals, each in the
+    /// resolution of its signal. A number that is None or beyond the valid range is sent as ones: not available. Bits without a signal
+    /// are 1.
+    pub fn data(&self, numbers: &[Option<i32>]) -> [u8; 8] {
+        let mut data = u64::MAX;
+        for (signal, number) in self.signals.iter().zip(numbers) {
+            if let Some(raw) = number.and_then(|number| signal.raw(number)) {
+                let ones = u64::MAX.unbounded_shr(64_u32.wrapping_sub(signal.bits.into()));
+                let start = u32::from(signal.start);
+                data &= !ones.unbounded_shl(start) | raw.unbounded_shl(start);
+            }
+        }
+        data.to_le_bytes()
+    }
+}
+
+impl Signal {
+    /// The raw number of a number of the product.
+    fn raw(&self, number: i32) -> Option<u64> {
+        let Contents::Own {
+            resolution: (value, divisor),
+            offset,
+            ..
+        } = self.contents
+        else {
+            return None;
+        };
+        let zero = i64::from(offset).checked_mul(divisor as i64)?;
+        let raw = i64::from(number).checked_sub(zero.checked_div(value as i64)?)?;
+        // FAh in the most significant byte is the last valid value; in shorter numbers all values are valid.
+        let valid = match self.bits.checked_sub(8) {
+            Some(low) => 0xFB_u64.unbounded_shl(low.into()),
+            None => 1 << self.bits,
+        };
+        u64::try_from(raw).ok().filter(|raw| *raw < valid)
+    }
 }
 
 /// The fraction bits of [`Field::scale`].
@@ -213,9 +252,14 @@ pub(super) const fn field(mistake: Mistake, signal: &Signal) -> Field {
         }
         Contents::Merit(source) => (Kind::Merit, source as u8, 0, 0),
         Contents::Latency => (Kind::Latency, 0, 0, 0),
-        Contents::Compensation | Contents::UnknownLatency | Contents::Own { .. } => {
+        Contents::Own {
+            resolution: (value, divisor),
+            ..
+        } => {
+            mistake.unless(value > 0 && divisor > 0, "the resolution is no fraction");
             (Kind::Ones, 0, 0, 0)
         }
+        Contents::Compensation | Contents::UnknownLatency => (Kind::Ones, 0, 0, 0),
     };
     Field {
         scale,
@@ -268,6 +312,55 @@ impl Field {
         match u32::try_from(raw) {
             Ok(raw) if raw < valid => (raw, merit),
             _ => (u32::MAX, Merit::Unavailable),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const fn own(start: u8, bits: u8, resolution: (u64, u64), offset: i32) -> Signal {
+        Signal {
+            name: "Own",
+            spn: 0,
+            start,
+            bits,
+            contents: Contents::Own {
+                resolution,
+                offset,
+                unit: "",
+            },
+        }
+    }
+
+    #[test]
+    fn numbers_of_a_product_are_at_the_place_of_their_signals_and_ones_beyond_the_valid_range() {
+        const GROUP: Group = Group {
+            name: "OWN",
+            pgn: 0xFF20,
+            signals: &[
+                // 0.01 deg from -300 deg; a state; 2 K from -40 K.
+                own(8, 16, (1, 100), -300),
+                own(24, 2, (1, 1), 0),
+                own(32, 8, (2, 1), -40),
+            ],
+        };
+        let cases: [(&[Option<i32>], u64); 9] = [
+            (&[Some(0), Some(0), Some(0)], 0xFFFF_FF14_FC75_30FF),
+            (&[Some(-500), Some(1), Some(-20)], 0xFFFF_FF00_FD73_3CFF),
+            (&[None, None, None], u64::MAX),
+            (&[Some(1), Some(3)], 0xFFFF_FFFF_FF75_31FF),
+            (&[Some(-30_000)], 0xFFFF_FFFF_FF00_00FF),
+            (&[Some(-30_001)], u64::MAX),
+            // FAFFh is the last valid number.
+            (&[Some(0xFAFF - 30_000)], 0xFFFF_FFFF_FFFA_FFFF),
+            (&[Some(0xFB00 - 30_000)], u64::MAX),
+            (&[Some(i32::MIN), Some(4), Some(i32::MAX)], u64::MAX),
+        ];
+        for (numbers, expected) in cases {
+            let data = u64::from_le_bytes(GROUP.data(numbers));
+            assert_eq!(data, expected, "{numbers:?}: {data:016X}");
         }
     }
 }

@@ -5,7 +5,6 @@ use plumbline::can::{BitRate, Frame, extended};
 use plumbline::measure::{I32x3, ONE_G, Reading};
 use plumbline::time::{after, millis};
 
-#[allow(dead_code)] // the program of the example
 #[path = "../../../core/examples/new_j1939_sensor.rs"]
 mod example;
 
@@ -29,6 +28,11 @@ fn exchange(bus: &mut Bus, tester: bench::AdapterId, id: u32, data: &[u8], ms: u
     bus.run_until(after(bus.now(), millis(ms)));
     let received = bus.take_received(tester).into_iter();
     received.map(|(_, frame)| format!("{frame:?}")).collect()
+}
+
+#[test]
+fn program_of_the_example_ends() {
+    example::main();
 }
 
 #[test]
