@@ -8,7 +8,7 @@
 //! - the values of the application have room for its quantities;
 //! - the numbers of TPDOs and of errors in the history are those of the dictionary, and each TPDO has both of its objects;
 //! - mapped objects exist, can be mapped, have the mapped length, and fit into a frame;
-//! - constant texts are printable ASCII; they, and the names of a unit that replace them, fit into the buffer, which has at most 255 bytes;
+//! - constant texts are printable ASCII and not empty; they, and the names of a unit that replace them, fit into the buffer, which has at most 255 bytes;
 //! - each object has a name and an index of CiA 301, and one with sub-indices has sub-index 0;
 //! - each own object has its functions, which return its type; the limits of a command fit its type;
 //! - with LSS: the identity object has its four numbers, the node-ID 255 is permitted, node-ID and bit rate are stored, and the tables of
@@ -16,8 +16,10 @@
 //! - with block transfer: the buffer for texts takes each number;
 //! - the default COB-ID of the SYNC is permitted; those of the TPDOs and of the EMCY contain no node-ID, and are free with each node-ID;
 //! - each bit rate of the manufacturer's tables of LSS is one of the product;
-//! - each sub-index of 1010h and 1011h has a group of parameters, and the groups do not overlap.
+//! - each sub-index of 1010h and 1011h has a group of parameters, the groups do not overlap, and each stored parameter is in one;
+//! - each quantity has an object.
 
+mod groups;
 mod identifiers;
 mod pdo;
 
@@ -29,7 +31,6 @@ use super::lss::{LssTable, UNCONFIGURED};
 use super::own::Read;
 use super::pdo::Tpdos;
 use super::product::{Product, TableOf, ValuesOf};
-use super::ranges::{MAKER, indices};
 use super::sdo::Buffer;
 use super::wide::has_wide;
 use crate::application::{Application, Values};
@@ -76,7 +77,8 @@ pub const fn check<P: Product>() {
     check_lss_tables(P::LSS_TABLES, P::Lss::PRESENT);
     let bit_rate = at(parameters, P::BIT_RATE.0 as usize);
     identifiers::check_lss_rates(P::LSS_TABLES, P::BIT_RATES, bit_rate);
-    check_groups(P::OBJECTS, P::GROUPS);
+    groups::check(P::OBJECTS, P::GROUPS, parameters);
+    check_values(P::OBJECTS, quantities, P::HOSTED.is_some());
     each!(place, event in P::EVENTS => {
         Mistake::Row("event", place).unless(
             matches!(event.cause, Cause::Overrun | Cause::BusOff),
@@ -146,6 +148,21 @@ const fn check_references(objects: &[Object], parameters: &[Parameter], quantiti
         if let Some(id) = value {
             has_quantity(mistake, quantities, id);
         }
+    });
+}
+
+/// Checks that each quantity is the value of an object, unless another protocol may send it.
+#[track_caller]
+const fn check_values(objects: &[Object], quantities: &[Quantity], hosted: bool) {
+    each!(quantity in quantities => {
+        let mut found = hosted;
+        each!(object in objects => {
+            if let Target::Value(id) | Target::Command(_, id) = object.target {
+                found |= id.0 == quantity.id.0;
+            }
+        });
+        Mistake::Row("quantity", quantity.id.0 as usize)
+            .unless(found, "no object has this value");
     });
 }
 
@@ -285,6 +302,7 @@ const fn check_texts(objects: &[Object], text: usize) {
     each!(object in objects => {
         if let Target::Text(constant) = object.target {
             let mistake = Mistake::Object(object.index, object.sub);
+            mistake.unless(!constant.is_empty(), "the text is empty");
             mistake.unless(constant.len() <= text, "the text is longer than its buffer");
             each!(letter in constant.as_bytes() => {
                 mistake.unless(
@@ -339,47 +357,6 @@ const fn check_lss_tables(tables: &[LssTable], lss: bool) {
             mistake.unless(*other != *selector, "another table has this selector");
         });
     });
-}
-
-/// Checks that a group of parameters exists for each sub-index of 1010h and 1011h that stores or restores a group.
-#[track_caller]
-const fn check_groups(objects: &[Object], groups: &[(u16, u16)]) {
-    each!(object in objects => {
-        let Object { index, sub, .. } = *object;
-        if let Target::Service(Service::StoreGroup | Service::RestoreGroup) = object.target {
-            let is_group = sub == 1 || indices(groups, sub).is_some();
-            Mistake::Object(index, sub).unless(
-                matches!(index, 0x1010 | 0x1011) && is_group,
-                "there is no group of parameters for this sub-index",
-            );
-            Mistake::Object(index, 1).unless(
-                object_at(objects, index, 1).is_some(),
-                "an object with groups has sub-index 1, all parameters",
-            );
-        }
-    });
-    each!(place, (first, last) in groups => {
-        Mistake::Row("GROUPS", place).unless(
-            *first <= *last && *first >= 0x2000 && *last < 0x6000,
-            "a manufacturer-specific index is 2000h to 5FFFh",
-        );
-        each!((other, end) in groups.split_at(place).0 => {
-            Mistake::Row("GROUPS", place).unless(
-                *last < *other || *end < *first,
-                "another group has some of these indices",
-            );
-        });
-        let sub = MAKER as usize + place;
-        Mistake::Row("GROUPS", place).unless(
-            place == 0 || is_service(objects, 0x1010, sub) || is_service(objects, 0x1011, sub),
-            "neither 1010h nor 1011h has a sub-index for this group",
-        );
-    });
-}
-
-/// Whether an object with groups has this sub-index.
-const fn is_service(objects: &[Object], index: u16, sub: usize) -> bool {
-    sub <= u8::MAX as usize && object_at(objects, index, sub as u8).is_some()
 }
 
 /// The parameter with this id, which an item of the product names.

@@ -68,11 +68,13 @@ pub(super) const fn check_groups(groups: &[Group]) {
             group.pgn & 0xFF00 > PROPRIETARY_A,
             "a group with this number (PF below F0h) is not sent to all nodes",
         );
+        mistake.unless(!group.name.is_empty(), "the name is empty");
         each!(own in &PROTOCOL => {
             mistake.unless(*own != group.pgn, "the protocol itself has this group");
         });
         each!(other in groups.split_at(place).0 => {
             mistake.unless(other.pgn != group.pgn, "another group has this number");
+            mistake.unless(!equal(other.name, group.name), "another group has this name");
         });
         check_signals(group);
     });
@@ -84,6 +86,7 @@ const fn check_signals(group: &Group) {
     each!(place, signal in group.signals => {
         let mistake = Mistake::Signal(group.pgn, group.name, signal.name);
         let before = group.signals.split_at(place).0;
+        mistake.unless(!signal.name.is_empty(), "the name is empty");
         mistake.unless(signal.bits >= 1, "the signal has no bits");
         field(mistake, signal);
         let bits = u64::MAX >> (64 - signal.bits as u32) << signal.start;
@@ -98,6 +101,10 @@ const fn check_signals(group: &Group) {
                 signal.spn == 0 || other.spn != signal.spn,
                 "another signal has this suspect parameter number",
             );
+            mistake.unless(
+                !equal(other.name, signal.name),
+                "another signal has this name",
+            );
         });
         if let Contents::Merit(source) = signal.contents {
             mistake.unless(
@@ -106,6 +113,17 @@ const fn check_signals(group: &Group) {
             );
         }
     });
+}
+
+/// Whether two names are the same.
+const fn equal(one: &str, other: &str) -> bool {
+    let (one, other) = (one.as_bytes(), other.as_bytes());
+    each!(place, letter in one => {
+        if one.len() != other.len() || *at(other, place) != *letter {
+            return false;
+        }
+    });
+    one.len() == other.len()
 }
 
 /// Whether one of these signals is the value of a source.

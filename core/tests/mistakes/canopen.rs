@@ -1,6 +1,6 @@
 //! A product with CANopen without mistakes. The tests replace one text of this file and compile it.
 
-use plumbline::canopen::dictionary::Service;
+use plumbline::canopen::dictionary::{Access, Service};
 use plumbline::canopen::{Absent, ErrorHistory, Object, Product, Text, TpdoArray, profile};
 use plumbline::model::listing::{self, Adjustment, Article, Guide, Resolution, Written};
 use plumbline::prelude::*;
@@ -50,7 +50,15 @@ impl Product for Mast {
     const OBJECTS: &'static [Object] = plumbline::objects![
         [profile::device_type(0x0001_019A), profile::ERROR_REGISTER],
         profile::error_history(2),
-        profile::store(4),
+        profile::store(5),
+        [profile::service(
+            0x1010,
+            5,
+            "Save others",
+            DataType::U32,
+            Access::Rw,
+            Service::StoreGroup,
+        )],
         profile::restore(4),
         profile::identity(1, 2, 3),
         profile::tpdo(0, "TPDO 1", TPDO),
@@ -63,7 +71,7 @@ impl Product for Mast {
             Object::value(0x6011, 0, RATE),
         ],
     ];
-    const GROUPS: &'static [(u16, u16)] = &[(0x2000, 0x5FFF)];
+    const GROUPS: &'static [(u16, u16)] = &[(0x2000, 0x2000), (0x2001, 0x5FFF)];
     const NODE_ID: ParameterId = NODE_ID;
     const BIT_RATE: ParameterId = BIT_RATE;
     const IMAGE: ImageId = ImageId::new(0x7001);

@@ -42,7 +42,7 @@ const CANOPEN: &[Mistake] = &[
     ("0x6010_0010", "0x6010_0020", OBJECTS, "object 1A00h:01: the mapped object 6010h:00 has another length"),
     ("0x6010_0010", "0x6012_0010", OBJECTS, "object 1A00h:01: the mapped object 6012h:00 does not exist"),
     ("type Consumers = Absent;", "type Consumers = plumbline::canopen::Heartbeats<1>;", OBJECTS, "object 1016h:01: the number of entries is not that of `Consumers`"),
-    ("&[(0x2000, 0x5FFF)]", "&[]", OBJECTS, "object 1010h:04: there is no group of parameters for this sub-index"),
+    ("&[(0x2000, 0x2000), (0x2001, 0x5FFF)]", "&[]", OBJECTS, "object 1010h:04: there is no group of parameters for this sub-index"),
     ("0x180)", "0x080)", OBJECTS, "object 1800h:01: the default COB-ID is that of an EMCY"),
     ("0x180)", "0x580)", OBJECTS, "object 1800h:01: the default COB-ID is not free with the node-ID 1"),
     ("profile::error_history(2),", "", OBJECTS, "object 1003h:01: the dictionary has 0 errors, the capacity of the error history is 2"),
@@ -59,9 +59,14 @@ const CANOPEN: &[Mistake] = &[
     ("Object::value(0x6011, 0, RATE)", "Object::value(0xC011, 0, RATE)", OBJECTS, "object C011h:00: the index of an object is 1000h to BFFFh"),
     ("0x180)", "0x181)", OBJECTS, "object 1800h:01: the node-ID is added to the default COB-ID, which is without it, for example 180h"),
     ("0x180)", "0x600)", OBJECTS, "object 1800h:01: the default COB-ID is not free with the node-ID 1"),
-    ("&[(0x2000, 0x5FFF)]", "&[(0x2000, 0x5FFF), (0x3000, 0x3FFF)]", OBJECTS, "GROUPS 1: another group has some of these indices"),
-    ("&[(0x2000, 0x5FFF)]", "&[(0x2000, 0x2FFF), (0x3000, 0x5FFF)]", OBJECTS, "GROUPS 1: neither 1010h nor 1011h has a sub-index for this group"),
+    ("&[(0x2000, 0x2000), (0x2001, 0x5FFF)]", "&[(0x2000, 0x5FFF), (0x3000, 0x3FFF)]", OBJECTS, "GROUPS 1: another group has some of these indices"),
+    ("&[(0x2000, 0x2000), (0x2001, 0x5FFF)]", "&[(0x2000, 0x2000), (0x2001, 0x2FFF), (0x3000, 0x5FFF)]", OBJECTS, "GROUPS 2: neither 1010h nor 1011h has a sub-index for this group"),
     ("\"Slope\", DataType::I16)", "\"Slope\", DataType::I16).in_unit(\"deg\", 10)", OBJECTS, "quantity 0: a number has at most 9 digits after the decimal point"),
+    ("(0x2001, 0x5FFF)", "(0x3000, 0x5FFF)", OBJECTS, "GROUPS 1: no object of this group is a stored parameter"),
+    ("(0x2001, 0x5FFF)", "(0x2100, 0x5FFF)", OBJECTS, "object 2001h:00: no group in `GROUPS` has this stored parameter"),
+    ("            Object::value(0x6011, 0, RATE),\n", "", OBJECTS, "quantity 1: no object has this value"),
+    ("Object::value(0x6011, 0, RATE)", "Object::value(0x6011, 0, SLOPE)", OBJECTS, "quantity 1: no object has this value"),
+    ("profile::node_id(NODE_ID, 20)", "profile::lss_node_id(NODE_ID, 20)", OBJECTS, "parameter 0 \"Node-ID\": it permits 255, which is not a node-ID"),
 ];
 
 #[rustfmt::skip]
@@ -96,6 +101,7 @@ const DYNAMIC: &[Mistake] = &[
     ("Own::number(0x2300, 0, |_, _| 1)", "Own::text(0x2300, 0, |_, _| Text::new())", OBJECTS, "object 2300h:00: its function returns another type"),
     ("DataType::U16, Access::Ro", "DataType::U16, Access::Rw", OBJECTS, "object 2300h:00: the access does not match its functions"),
     ("DataType::U16, Access::Ro", "DataType::U64, Access::Ro", OBJECTS, "object 2300h:00: only a parameter or a value has 64 bits"),
+    ("names: [\"MAST\"", "names: [\"\"", OBJECTS, "object 1008h:00: the text is empty"),
     ("names: [\"MAST\"", "names: [\"M\\u{e4}st\"", OBJECTS, "object 1008h:00: a text consists of printable ASCII characters"),
     ("Object::own(0x2301, 0, \"Reset\", DataType::U8, Access::Wo)", "Object { mappable: true, ..Object::own(0x2301, 0, \"Reset\", DataType::U8, Access::Wo) }",
         OBJECTS, "object 2301h:00: an object that cannot be read cannot be mapped"),
@@ -204,6 +210,11 @@ const J1939: &[Mistake] = &[
     ("fmi: 12", "fmi: 32", GROUPS, "trouble code 0: a failure mode identifier has 5 bits"),
     ("spn: 639, fmi: 2", "spn: 3318, fmi: 12", GROUPS, "trouble code 1: another row has this trouble code"),
     ("Published<1>", "Published<0>", GROUPS, "quantity 0: the application publishes fewer values"),
+    ("name: \"AGE\"", "name: \"SLOPE\"", GROUPS, "group 65313 \"SLOPE\": another group has this name"),
+    ("name: \"AGE\"", "name: \"\"", GROUPS, "group 65313 \"\": the name is empty"),
+    ("\"Quality\"", "\"Slope\"", GROUPS, "group 65312 \"SLOPE\", signal \"Slope\": another signal has this name"),
+    ("\"Quality\"", "\"\"", GROUPS, "group 65312 \"SLOPE\", signal \"\": the name is empty"),
+    ("Contents::Latency", "Contents::Own { resolution: (1, 0), offset: 0, unit: \"\" }", GROUPS, "group 65313 \"AGE\", signal \"Latency\": the resolution is no fraction"),
 ];
 
 /// The directory with the compiled library and those on which it depends.

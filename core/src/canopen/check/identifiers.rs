@@ -91,9 +91,25 @@ pub(super) const fn check_node_id(parameters: &[Parameter], id: ParameterId, lss
     check_stored(parameter, lss);
     let factory = parameter.factory;
     Mistake::Parameter(id.0 as usize, parameter.name).unless(
-        (factory >= 1 && factory <= 127) || (lss && factory == UNCONFIGURED as u32),
+        is_node_id(factory, lss),
         "the factory value is not a node-ID",
     );
+    let mut number = 0;
+    while number <= u8::MAX as u32 {
+        if permits(parameter, number) && !is_node_id(number, lss) {
+            Mistake::Parameter(id.0 as usize, parameter.name)
+                .text("it permits ")
+                .number(number)
+                .text(", which is not a node-ID")
+                .fail();
+        }
+        number += 1;
+    }
+}
+
+/// Whether a number is a node-ID, or with LSS none.
+const fn is_node_id(number: u32, lss: bool) -> bool {
+    matches!(number, 1..=127) || lss && number == UNCONFIGURED as u32
 }
 
 /// Checks that store configuration of LSS can store a parameter.
