@@ -19,11 +19,15 @@ addEventListener("hashchange", () => { if (GIVEN.test(location.hash)) location.r
 
 /** A request that failed: the code and the sentence of the command line, and whether the bus or the sensor is the cause. */
 export class Failure extends Error {
-  /** @param {string} code @param {string} message @param {boolean} [isOfBus] */
-  constructor(code, message, isOfBus = false) {
+  /**
+   * @param {string} code @param {string} message @param {boolean} [isOfBus]
+   * @param {import("./texts.js").Question[]} [questions] that must be answered first
+   */
+  constructor(code, message, isOfBus = false, questions = []) {
     super(message);
     this.code = code;
     this.isOfBus = isOfBus;
+    this.questions = questions;
   }
 }
 
@@ -31,7 +35,7 @@ export class Failure extends Error {
 async function failure(response) {
   try {
     const { error } = await response.json();
-    return new Failure(error.code, error.message, [502, 504].includes(response.status));
+    return new Failure(error.code, error.message, [502, 504].includes(response.status), error.questions);
   } catch {
     return new Failure("http", `HTTP ${response.status}`);
   }

@@ -5,7 +5,7 @@ import { Failure, get, post } from "./api.js";
 import { missed } from "./chart.js";
 import { ask } from "./dialog.js";
 import { attempt, element, emit, fail, goneText, make, on, press, state } from "./state.js";
-import { currentLanguage, onLanguage, said, t } from "./texts.js";
+import { currentLanguage, onLanguage, questionText, said, t } from "./texts.js";
 
 const input = (/** @type {string} */ id) => /** @type {HTMLInputElement & HTMLSelectElement} */ (element(id));
 /** @type {any[] | null} */
@@ -146,7 +146,7 @@ async function asking(path, sent, name, doing) {
 
 /** @param {string} path @param {object} sent @param {string} name of the button */
 async function answered(path, sent, name) {
-  /** The questions that were answered with yes. @type {string[]} */
+  /** The questions that were answered with yes. @type {import("./texts.js").Question[]} */
   const yes = [];
   /** @type {Set<string>} */
   const no = new Set();
@@ -156,14 +156,16 @@ async function answered(path, sent, name) {
       return;
     } catch (error) {
       if (!(error instanceof Failure) || error.code !== "asks") throw error;
-      // Each line is a question, and one yes is enough. A question that was answered with no is not shown again.
+      // One yes is enough. A question that was answered with no is not shown again.
       const given = yes.length;
-      for (const text of error.message.split("\n").filter((line) => !no.has(line))) {
-        if (await ask({ title: name, text: said(text), yes: t("ask-yes") })) {
-          yes.push(text);
+      for (const question of error.questions) {
+        const same = JSON.stringify(question);
+        if (no.has(same)) continue;
+        if (await ask({ title: name, text: questionText(question), yes: t("ask-yes") })) {
+          yes.push(question);
           break;
         }
-        no.add(text);
+        no.add(same);
       }
       if (yes.length === given) return;
     }

@@ -1,9 +1,9 @@
 // Each action with its command line.
 
 import { element, fail, make, on } from "./state.js";
-import { currentLanguage, onLanguage, said, t } from "./texts.js";
+import { currentLanguage, onLanguage, questionText, said, t } from "./texts.js";
 
-/** @typedef {{n: number, at: number, line: string, state: string, notes?: string[], result?: any, error?: {message: string}}} Action */
+/** @typedef {{n: number, at: number, line: string, state: string, notes?: string[], result?: any, error?: {message: string, questions?: import("./texts.js").Question[]}}} Action */
 /** The most actions. */
 const MOST = 100;
 /** The actions with their rows. @type {Map<number, {action: Action, row: HTMLElement}>} */
@@ -32,10 +32,11 @@ function item(action) {
   });
   row.append(text, copy);
   entry.append(row);
-  const ends = (action.error?.message ?? "").split("\n").filter((line) => line !== "");
+  const { message = "", questions } = action.error ?? {};
+  const ends = questions?.map(questionText) ?? message.split("\n").filter((line) => line !== "").map(said);
   const kind = action.state === "failed" ? "failed" : "note";
   for (const line of [...(action.notes ?? []).slice(-6), ...done(action.result)]) entry.append(make("div", said(line), "note"));
-  for (const line of ends) entry.append(make("div", said(line), kind));
+  for (const line of ends) entry.append(make("div", line, kind));
   return entry;
 }
 

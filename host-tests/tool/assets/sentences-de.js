@@ -1,22 +1,7 @@
-// The questions and the steps of the program in German. A text that is not here stays in English.
+// The steps of the program in German. A text that is not here stays in English.
 
 /** The sentences of the program and their German texts; {0}, {1} are the parts that change. @type {[string, string][]} */
 const TEXTS = [
-  // Questions.
-  ["There is no traffic. Ask at all addresses and bit rates?",
-    "Es gibt keinen Verkehr. Auf allen Adressen und Bitraten fragen?"],
-  ["There is no traffic at any bit rate. Ask at all bit rates? At a wrong rate the questions destroy the messages of other devices.",
-    "Auf keiner Bitrate gibt es Verkehr. Auf allen Bitraten fragen? Auf einer falschen Bitrate zerstören die Anfragen die Nachrichten anderer Geräte."],
-  ["There is traffic, but no sensor was recognised. Ask at all addresses? Other devices can interpret a request as a command.",
-    "Es gibt Verkehr, aber kein Sensor wurde erkannt. Auf allen Adressen fragen? Andere Geräte können eine Anfrage als Befehl verstehen."],
-  ["There is traffic, but no sensor was recognised. Ask at the addresses as delivered? Other devices can interpret a request as a command.",
-    "Es gibt Verkehr, aber kein Sensor wurde erkannt. Auf den Adressen wie geliefert fragen? Andere Geräte können eine Anfrage als Befehl verstehen."],
-  ["Search for more sensors? The tool asks at all other addresses. Other devices can interpret a request as a command.",
-    "Nach weiteren Sensoren suchen? Das Programm fragt auf allen anderen Adressen. Andere Geräte können eine Anfrage als Befehl verstehen."],
-  ["Frames look like those of a sensor ({0}, {1}). Ask it? Another device can interpret the request as a command.",
-    "Frames sehen aus wie die eines Sensors ({0}, {1}). Ihn fragen? Ein anderes Gerät kann die Anfrage als Befehl verstehen."],
-  ["The adapter has no listen-only mode. Allow it to take part in the bus at {0} while the tool listens? It acknowledges the messages of other devices, and at a wrong bit rate it destroys them.",
-    "Der Adapter hat keine Betriebsart, in der er nur hört. Darf er bei {0} am Bus teilnehmen, während das Programm hört? Er bestätigt die Nachrichten anderer Geräte, und auf einer falschen Bitrate zerstört er sie."],
   // Steps.
   ["switch the sensor off and on now: it then tells its address",
     "Schalten Sie den Sensor jetzt aus und ein: Dann nennt er seine Adresse"],

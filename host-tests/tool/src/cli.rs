@@ -1,6 +1,7 @@
 //! The command line.
 
 use crate::ops::Request;
+use crate::question::Name;
 use crate::scan::kbits;
 use clap::{Args, CommandFactory, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
@@ -65,9 +66,17 @@ pub struct Options {
     /// Print one JSON document
     #[arg(long, global = true)]
     pub json: bool,
-    /// Answer all questions with yes
-    #[arg(long, global = true)]
-    pub yes: bool,
+    /// Answer all questions with yes, or those with these names: --yes=zero,overwrite
+    #[arg(
+        long,
+        global = true,
+        value_name = "QUESTIONS",
+        num_args = 0..=1,
+        require_equals = true,
+        value_delimiter = ',',
+        default_missing_value = "all"
+    )]
+    pub yes: Vec<Name>,
 }
 
 /// What to zero.

@@ -16,6 +16,7 @@ use crate::eds;
 use crate::failure::Failure;
 use crate::identify::{self, Found, speaks};
 use crate::output::Terminal;
+use crate::question::Question;
 use crate::scan::listen::{self, Traffic};
 use crate::scan::passive;
 use crate::scan::schedule::Schedule;
@@ -102,7 +103,6 @@ pub fn find(
         delivered.retain(|target| {
             (questions.permit(*target) || is_named(*target)) && !targets.contains(target)
         });
-        let question = "There is traffic, but no sensor was recognised. Ask at the addresses as delivered? Other devices can interpret a request as a command.";
         let is_of_bus = delivered.iter().all(|target| questions.permit(*target));
         // A product is no yes to a bus whose protocol is not known.
         let is_known = wanted.product.is_some() && questions.protocol.is_some();
@@ -111,7 +111,7 @@ pub fn find(
             let message = "no request was sent, because other devices use the identifiers of the sensor as delivered: give its address with --id, --node, --mac or --address";
             return Err(Failure::usage("no-address", message));
         }
-        if !delivered.is_empty() && !may && !(terminal.confirm)(question) {
+        if !delivered.is_empty() && !may && !terminal.ask(&Question::Delivered)? {
             let message = "there is traffic, but no sensor was recognised: give its address with --id, --node, --mac or --address, or try `plumbline scan`";
             return Err(Failure::usage("no-address", message));
         }
@@ -177,8 +177,7 @@ fn listened(
     if let Some(heard) = remembered(link, &wanted.memory, terminal)? {
         return Ok((vec![heard.rate], Some(heard)));
     }
-    let question = "There is no traffic at any bit rate. Ask at all bit rates? At a wrong rate the questions destroy the messages of other devices.";
-    if !(terminal.confirm)(question) {
+    if !terminal.ask(&Question::AllRates)? {
         let message = "there is no traffic, so the bit rate is unknown: give it with --rate, or --yes asks at all bit rates";
         return Err(Failure::usage("no-rate", message));
     }

@@ -17,6 +17,7 @@ use crate::client::fsc::{self, Sensor};
 use crate::failure::Failure;
 use crate::identify::j1939_of;
 use crate::output::Terminal;
+use crate::question::Question;
 use crate::sample::{Sample, Sampler};
 use crate::session::{Session, Target};
 use crate::sheet::Entry;
@@ -116,12 +117,10 @@ impl Cyclic {
         };
         let (wanted, before) = present(session, settings)?;
         if let Some(own) = sends_already(&kind, &before).filter(|own| Some(millis(*own)) != every)
-            && !(terminal.confirm)(&format!(
-                "The sensor sends its angles already, with a period of {own} ms, and other devices can need them. Change the period until the command ends?"
-            ))
+            && !terminal.ask(&Question::Period(own))?
         {
             let message = format!(
-                "nothing has changed: --every {own} keeps the period, --yes answers the question"
+                "nothing has changed: --every {own} keeps the period, --yes=cyclic answers the question"
             );
             return Err(Failure::usage("not-confirmed", message));
         }

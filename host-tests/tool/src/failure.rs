@@ -1,5 +1,6 @@
 //! Why a command failed: exit code, a code for programs, and one sentence for people that names the next step.
 
+use crate::question::Question;
 use serde_json::{Value, json};
 
 /// The kind of a failure, which selects the exit code.
@@ -31,7 +32,7 @@ impl Kind {
 }
 
 /// The reason why a command failed.
-#[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
+#[derive(Clone, PartialEq, Debug, thiserror::Error)]
 #[error("{message}")]
 pub struct Failure {
     /// Who or what has refused.
@@ -42,6 +43,8 @@ pub struct Failure {
     pub message: String,
     /// The document of the command is printed, so this failure is not a second document.
     pub has_document: bool,
+    /// What the user must answer first. Only the page gets it: a terminal asks at once.
+    pub questions: Vec<Question>,
 }
 
 impl Failure {
@@ -76,6 +79,16 @@ impl Failure {
             code,
             message: message.into(),
             has_document: false,
+            questions: Vec::new(),
+        }
+    }
+
+    /// The page must answer one of these questions, and give the request again.
+    pub fn asks(questions: Vec<Question>) -> Self {
+        let texts: Vec<String> = questions.iter().map(Question::to_string).collect();
+        Self {
+            questions,
+            ..Self::usage("asks", texts.join("\n"))
         }
     }
 
@@ -89,6 +102,10 @@ impl Failure {
 
     /// The document that `--json` prints.
     pub fn json(&self) -> Value {
-        json!({"error": {"code": self.code, "message": self.message}})
+        let mut error = json!({"code": self.code, "message": self.message});
+        if !self.questions.is_empty() {
+            error["questions"] = json!(self.questions);
+        }
+        json!({"error": error})
     }
 }

@@ -18,7 +18,7 @@ use plumbline::time::{Duration, millis};
 mod found;
 mod j1939;
 
-pub use found::{Found, Identity};
+pub use found::{About, Found, Identity};
 
 /// How long an answer may take, in addition to the time on the bus, at an address that perhaps no node has.
 pub const QUICK: Duration = millis(30);

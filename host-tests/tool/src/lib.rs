@@ -14,7 +14,7 @@
 //! - [`scan`]: finds sensors with unknown bit rate, protocol and address
 //! - [`serve`]: the page in the browser
 //! - [`ops`]: the operations on a sensor, for the command line and the page
-//! - [`command`]: the commands; [`cli`]: the command line; [`output`], [`bar`]: the terminal; [`failure`]: exit codes and messages
+//! - [`command`]: the commands; [`cli`]: the command line; [`output`], [`bar`], [`question`]: the terminal; [`failure`]: exit codes and messages
 //!
 //! Nothing about a parameter is known here. Names, types, units, ranges and factory values come from the catalogue of the core.
 
@@ -36,6 +36,7 @@ pub mod number;
 pub mod ops;
 pub mod output;
 pub mod plan;
+pub mod question;
 pub mod resolve;
 pub mod sample;
 pub mod scan;

@@ -6,13 +6,20 @@ use plumbline_tool::cli::{self, Cli};
 use plumbline_tool::command::run;
 use plumbline_tool::failure::Failure;
 use plumbline_tool::output::{CLOSED, Terminal};
+use plumbline_tool::question::Question;
 use std::io::{ErrorKind, IsTerminal, Write, stderr, stdin, stdout};
 use std::process::ExitCode;
 use std::rc::Rc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{RecvTimeoutError, channel};
+use std::thread::spawn;
+use std::time::Duration;
 
 /// Set when the user presses Ctrl-C.
 static STOPPED: AtomicBool = AtomicBool::new(false);
+
+/// The pause between two looks for Ctrl-C at a question.
+const LOOK: Duration = Duration::from_millis(50);
 
 fn main() -> ExitCode {
     let matches = cli::command().try_get_matches();
@@ -32,16 +39,14 @@ fn main() -> ExitCode {
             &format!("plumbline: cannot catch Ctrl-C: {error}"),
         );
     }
-    let yes = cli.options.yes;
-    let mut confirm = |question: &str| yes || (stdin().is_terminal() && asked(question));
     let json = cli.options.json;
     let (mut out, mut notes) = (stdout(), stderr());
     let mut terminal = Terminal {
         json,
         out: &mut out,
         notes: &mut notes,
-        confirm: &mut confirm,
-        all_yes: yes,
+        confirm: &mut asked,
+        yes: &cli.options.yes,
         stopped: Rc::new(|| STOPPED.load(Ordering::Relaxed)),
         bar: TerminalBar::wanted(json),
     };
@@ -78,14 +83,38 @@ fn usage(error: &clap::Error) -> ExitCode {
     }
 }
 
-/// Asks a question on the terminal.
-fn asked(question: &str) -> bool {
-    let mut answer = String::new();
+/// Asks a question on the terminal. Without a terminal the answer is no. Ctrl-C ends the question: the command then ends as at any other
+/// place, with its last requests.
+fn asked(question: &Question) -> bool {
+    if !stdin().is_terminal() {
+        let hint = question.name().map_or(String::new(), |name| {
+            format!(", --yes={name} answers it with yes")
+        });
+        print(&mut stderr(), &format!("{question} [no terminal{hint}]"));
+        return false;
+    }
     let asked = write!(stderr(), "{question} [y/N] ");
-    let read = asked
-        .and_then(|()| stderr().flush())
-        .and_then(|()| stdin().read_line(&mut answer));
-    read.is_ok() && matches!(answer.trim(), "y" | "Y" | "yes")
+    if asked.and_then(|()| stderr().flush()).is_err() {
+        return false;
+    }
+    // The read cannot be ended, so another thread waits for it.
+    let (sender, answers) = channel();
+    spawn(move || {
+        let mut answer = String::new();
+        let read = stdin().read_line(&mut answer);
+        let is_yes = read.is_ok() && matches!(answer.trim(), "y" | "Y" | "yes");
+        let _ = sender.send(is_yes);
+    });
+    loop {
+        match answers.recv_timeout(LOOK) {
+            Err(RecvTimeoutError::Timeout) if !STOPPED.load(Ordering::Relaxed) => {}
+            Err(RecvTimeoutError::Timeout) => {
+                print(&mut stderr(), "");
+                return false;
+            }
+            answer => return answer.unwrap_or_default(),
+        }
+    }
 }
 
 /// Prints a line. An error is ignored, because there is no other output for it.

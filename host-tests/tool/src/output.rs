@@ -1,7 +1,9 @@
 //! What a command prints, and what it asks.
 
+use crate::client::stopped;
 use crate::failure::Failure;
 use crate::ops::Report;
+use crate::question::{Name, Question};
 use serde_json::Value;
 use std::io::{ErrorKind, Write};
 use std::rc::Rc;
@@ -37,10 +39,10 @@ pub struct Terminal<'a> {
     pub out: &'a mut dyn Write,
     /// Notes for people, on standard error.
     pub notes: &'a mut dyn Write,
-    /// Asks a question; true means yes.
-    pub confirm: &'a mut dyn FnMut(&str) -> bool,
-    /// The user has answered the question before a change of the sensor with yes.
-    pub all_yes: bool,
+    /// Asks a question that is not answered yet; true means yes.
+    pub confirm: &'a mut dyn FnMut(&Question) -> bool,
+    /// The questions that the user has answered with yes before.
+    pub yes: &'a [Name],
     /// True when Ctrl-C was pressed.
     pub stopped: Rc<dyn Fn() -> bool>,
     /// The progress bar; None: a line for each important step.
@@ -48,6 +50,22 @@ pub struct Terminal<'a> {
 }
 
 impl Terminal<'_> {
+    /// Asks a question; true means yes.
+    ///
+    /// # Errors
+    /// The user has pressed Ctrl-C instead of an answer.
+    pub fn ask(&mut self, question: &Question) -> Result<bool, Failure> {
+        if question.name().is_some_and(|name| name.is_in(self.yes)) {
+            return Ok(true);
+        }
+        self.hide();
+        let is_yes = (self.confirm)(question);
+        match !is_yes && (self.stopped)() {
+            true => Err(stopped()),
+            false => Ok(is_yes),
+        }
+    }
+
     /// Prints a line of text; nothing with `--json`.
     ///
     /// # Errors

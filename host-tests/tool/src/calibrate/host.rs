@@ -85,7 +85,7 @@ impl State {
 }
 
 /// A question to the user.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, PartialEq, Debug)]
 pub enum Question {
     /// Whether a measurement is taken.
     Take {
@@ -147,7 +147,7 @@ impl Host for Asks<'_, '_> {
 
     fn ask(&mut self, question: &Question) -> bool {
         self.told = None;
-        (self.terminal.confirm)(&question.to_string())
+        (self.terminal.confirm)(&crate::question::Question::Calibrate(*question))
     }
 
     fn is_stopped(&self) -> bool {

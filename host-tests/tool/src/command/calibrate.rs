@@ -243,12 +243,16 @@ impl Guide {
             if host.ask(&Question::Take { side, average }) {
                 return Ok(average);
             }
-            if !host.ask(&Question::Again { side }) {
-                let message = "stopped: the measured positions are in the file. The same command continues with the other positions";
-                return Err(Failure::usage("not-confirmed", message));
+            if !host.is_stopped() && host.ask(&Question::Again { side }) {
+                self.restart(measurement, host)?;
+                samples = 0;
+                continue;
             }
-            self.restart(measurement, host)?;
-            samples = 0;
+            let message = "stopped: the measured positions are in the file. The same command continues with the other positions";
+            return Err(match host.is_stopped() {
+                true => Failure::stopped(message),
+                false => Failure::usage("not-confirmed", message),
+            });
         }
     }
 

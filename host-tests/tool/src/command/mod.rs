@@ -23,6 +23,7 @@ use crate::identify::{self, Found};
 use crate::labels::Labels;
 use crate::ops::{self, Request};
 use crate::output::Terminal;
+use crate::question::{Name, Question};
 use crate::scan;
 use crate::serve;
 use crate::session::Session;
@@ -74,7 +75,7 @@ pub fn run_with(cli: &Cli, terminal: &mut Terminal, connect: Connect) -> Result<
                 serial: *serial,
                 store: store.as_deref(),
             };
-            let may_measure = !options.yes;
+            let may_measure = options.yes.is_empty();
             return calibrate::calibrate(file, log, may_measure, unit, terminal);
         }
         Command::Identity {
@@ -157,7 +158,7 @@ fn on_bus(cli: &Cli, bus: &mut Bus, terminal: &mut Terminal) -> Result<(), Failu
         Command::Scan { active, search } => {
             let options = scan::Options {
                 rate: options.rate,
-                active: *active || options.yes,
+                active: *active || Name::Ask.is_in(&options.yes),
                 search: *search,
                 memory: scan::Memory::default(),
             };
@@ -258,9 +259,10 @@ fn on_bus(cli: &Cli, bus: &mut Bus, terminal: &mut Terminal) -> Result<(), Failu
 /// A file that exists is replaced only after a yes.
 fn replaced(path: &Path, terminal: &mut Terminal) -> Result<(), Failure> {
     let shown = path.display();
-    if path.is_file() && !(terminal.confirm)(&format!("{shown} exists. Replace it?")) {
-        let message =
-            format!("{shown} exists already: choose another name, or replace it with --yes");
+    if path.is_file() && !terminal.ask(&Question::Overwrite(path.to_owned()))? {
+        let message = format!(
+            "{shown} exists already: choose another name, or replace it with --yes=overwrite"
+        );
         return Err(Failure::usage("file-exists", message));
     }
     Ok(())
@@ -333,7 +335,6 @@ impl Bus<'_> {
             sheet,
             labels: self.labels(terminal),
             listens: self.listens,
-            all_yes: options.yes,
             memory: scan::Memory::default(),
         })
     }

@@ -7,6 +7,7 @@ use crate::ops::set::{constrain, is_saved_on_command, later, write};
 use crate::ops::{address, adjust};
 use crate::output::Terminal;
 use crate::plan;
+use crate::question::Change;
 use crate::resolve;
 use crate::session::{Session, Target};
 use crate::sheet::Entry;
@@ -192,13 +193,11 @@ pub(crate) fn restore(
     };
     let mut values = values_of(&found_differences);
     if found.serial != backup.serial && !values.is_empty() {
-        let number = |serial: Option<u32>| serial.map_or("none".to_owned(), |own| own.to_string());
-        let question = format!(
-            "The file is of a sensor with another serial number ({}, this one has {}). Write its settings to this sensor",
-            number(backup.serial),
-            number(found.serial)
-        );
-        adjust::confirm(session, found, &question, terminal)?;
+        let change = Change::Restore {
+            file: backup.serial,
+            own: found.serial,
+        };
+        adjust::confirm(session, found, change, terminal)?;
     }
     constrain(session, &values)?;
     address::check(session, &values)?;

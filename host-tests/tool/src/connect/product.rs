@@ -4,6 +4,7 @@ use super::Wanted;
 use crate::failure::Failure;
 use crate::identify::{Found, protocol_of, speaks};
 use crate::output::Terminal;
+use crate::question::{Name, Question};
 use plumbline::model::catalog::Product;
 
 /// The product for a session.
@@ -23,7 +24,7 @@ pub(super) fn decide(
             }
             Ok(product)
         }
-        None => told(found, wanted.all_yes, terminal),
+        None => told(found, terminal),
     }
 }
 
@@ -52,15 +53,13 @@ fn confirmed(
         return Ok(());
     }
     let (own, name) = (names(found), wanted.name);
-    let version = match &found.firmware {
-        Some(version) => format!(", software version {version}"),
-        None => String::new(),
+    let question = Question::OtherProduct {
+        told: own.clone(),
+        article: article(found).to_owned(),
+        version: found.firmware.clone(),
+        product: name.to_owned(),
     };
-    let question = format!(
-        "The sensor says that it is {own} (article {}{version}). Use the tables of {name} anyway?",
-        article(found)
-    );
-    if (terminal.confirm)(&question) {
+    if terminal.ask(&question)? {
         return Ok(());
     }
     let message = format!(
@@ -69,12 +68,8 @@ fn confirmed(
     Err(Failure::usage("wrong-product", message))
 }
 
-/// The product that the sensor tells. If several fit, the user is asked about each one; `all_yes` cannot answer that.
-fn told(
-    found: &Found,
-    all_yes: bool,
-    terminal: &mut Terminal,
-) -> Result<&'static Product, Failure> {
+/// The product that the sensor tells. If several fit, the user is asked about each one; `--yes` does not answer that.
+fn told(found: &Found, terminal: &mut Terminal) -> Result<&'static Product, Failure> {
     let (article, names) = (article(found), names(found));
     match &found.products[..] {
         [only] => Ok(only),
@@ -92,19 +87,22 @@ fn told(
             ),
         )),
         several => {
-            let mut several = several.iter().filter(|_| !all_yes);
-            let chosen = several.find(|product| {
-                let question = format!(
-                    "The sensor has the article {article}, which fits several products ({names}), and does not report its software version. Is it {}?",
-                    product.name
-                );
-                (terminal.confirm)(&question)
-            });
-            chosen.copied().ok_or_else(|| {
-                let message =
-                    format!("the article {article} fits several products ({names}): choose one with --product NAME");
-                Failure::usage("ambiguous-product", message)
-            })
+            // Who answers all questions with yes is not asked.
+            let is_asked = !terminal.yes.contains(&Name::All);
+            for product in several.iter().filter(|_| is_asked) {
+                let question = Question::WhichProduct {
+                    article: article.to_owned(),
+                    products: names.clone(),
+                    product: product.name.to_owned(),
+                };
+                if terminal.ask(&question)? {
+                    return Ok(product);
+                }
+            }
+            let message = format!(
+                "the article {article} fits several products ({names}): choose one with --product NAME"
+            );
+            Err(Failure::usage("ambiguous-product", message))
         }
     }
 }

@@ -26,8 +26,6 @@ pub struct Wanted {
     pub labels: Labels,
     /// A DeviceNet slave of another master is only listened to. Otherwise it is refused.
     pub listens: bool,
-    /// All questions are answered with yes on the command line. That does not tell which of several products the sensor is.
-    pub all_yes: bool,
     /// What an earlier scan has heard.
     pub memory: Memory,
 }

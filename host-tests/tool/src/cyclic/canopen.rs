@@ -12,6 +12,7 @@ use crate::client::sdo::{Answer, Server};
 use crate::client::{Link, stopped};
 use crate::failure::Failure;
 use crate::output::Terminal;
+use crate::question::Question;
 use crate::sample::Sampler;
 use crate::session::Session;
 use crate::sheet::{Address, Entry};
@@ -133,14 +134,10 @@ fn listened(
 
 /// Asks whether a TPDO that is on can be changed.
 fn confirmed(number: u16, terminal: &mut Terminal) -> Result<(), Failure> {
-    let number = number + 1;
-    let question = format!(
-        "TPDO {number} of the operational node is on, although no message of it is received now, and other devices can need it. Change it until the command ends?"
-    );
-    if (terminal.confirm)(&question) {
+    if terminal.ask(&Question::Tpdo(number + 1))? {
         return Ok(());
     }
-    let message = "nothing has changed: --yes answers the question";
+    let message = "nothing has changed: --yes=cyclic answers the question";
     Err(Failure::usage("not-confirmed", message))
 }
 

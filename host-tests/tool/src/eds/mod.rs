@@ -16,6 +16,7 @@ mod ini;
 use crate::backup::{Unread, read_file};
 use crate::failure::Failure;
 use crate::output::Terminal;
+use crate::question::{Doubt, Question};
 use crate::session::Session;
 use crate::sheet::rows::{Row, fact, named};
 use crate::sheet::{Address, Entry, Origin, Sheet, kebab};
@@ -326,22 +327,24 @@ pub fn check(session: &mut Session, terminal: &mut Terminal) -> Result<(), Failu
         };
         let own = match session.read(&entry) {
             // A device does not need to have it.
-            Err(failure) if failure.code == "refused" => "does not let it be read".to_owned(),
+            Err(failure) if failure.code == "refused" => None,
             own => match own? {
                 own if own == wanted => continue,
-                own => format!("says {own:X}h"),
+                own => Some(format!("{own:X}h")),
             },
         };
-        doubts.push(format!("is for {what} {wanted:X}h, but the device {own}"));
+        doubts.push(Doubt {
+            what: what.clone(),
+            wanted: format!("{wanted:X}h"),
+            own,
+        });
     }
-    let doubts = doubts.join("; it ");
-    if !doubts.is_empty()
-        && !(terminal.confirm)(&format!("The data sheet {doubts}. Use it anyway?"))
-    {
-        let message = format!("the data sheet {doubts}: give the right file, or --yes");
-        return Err(Failure::usage("wrong-product", message));
+    let text = Doubt::all(&doubts);
+    if doubts.is_empty() || terminal.ask(&Question::DataSheet { doubts })? {
+        return Ok(());
     }
-    Ok(())
+    let message = format!("the data sheet {text}: give the right file, or --yes");
+    Err(Failure::usage("wrong-product", message))
 }
 
 /// Vendor and product code of a device: object 1018h, or attributes of the identity object.

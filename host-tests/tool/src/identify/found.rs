@@ -4,6 +4,7 @@ use crate::session::Target;
 use plumbline::can::BitRate;
 use plumbline::model::catalog::Product;
 use serde_json::{Value, json};
+use std::fmt::{self, Display, Formatter};
 
 /// A sensor that has answered.
 #[derive(Clone, Debug)]
@@ -24,6 +25,35 @@ pub struct Found {
     pub is_owned: bool,
     /// The serial numbers of other sensors that have answered at the same address.
     pub twins: Vec<u32>,
+}
+
+/// What a user tells a sensor apart by; as a text, it is one line.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct About {
+    /// The product, or the article of an unknown one.
+    pub product: String,
+    /// The name that the user has given to it.
+    pub label: Option<String>,
+    /// The serial number.
+    pub serial: Option<u32>,
+    /// The address with its kind.
+    pub address: String,
+    /// The bit rate.
+    pub rate: Option<&'static str>,
+}
+
+impl Display for About {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.product)?;
+        if let Some(label) = &self.label {
+            write!(f, " {label:?}")?;
+        }
+        if let Some(serial) = self.serial {
+            write!(f, ", serial {serial}")?;
+        }
+        write!(f, ", {}", self.address)?;
+        self.rate.map_or(Ok(()), |rate| write!(f, " at {rate}"))
+    }
 }
 
 /// The serial numbers of devices that have none.
@@ -64,20 +94,23 @@ impl Found {
 
     /// In one line, for people.
     pub fn line(&self, rate: Option<BitRate>) -> String {
-        let name = match (self.product(), &self.article) {
+        self.about(rate).to_string()
+    }
+
+    /// What a user tells it apart by.
+    pub fn about(&self, rate: Option<BitRate>) -> About {
+        let product = match (self.product(), &self.article) {
             (Some(product), _) => product.name.to_owned(),
             (None, Some(article)) => format!("article {article}"),
             (None, None) => "unknown product".to_owned(),
         };
-        let label = self
-            .label
-            .as_ref()
-            .map_or(String::new(), |label| format!(" {label:?}"));
-        let serial = self
-            .serial
-            .map_or(String::new(), |serial| format!(", serial {serial}"));
-        let rate = rate.map_or(String::new(), |rate| format!(" at {}", rate.name()));
-        format!("{name}{label}{serial}, {}{rate}", self.target.named())
+        About {
+            product,
+            label: self.label.clone(),
+            serial: self.serial,
+            address: self.target.named(),
+            rate: rate.map(BitRate::name),
+        }
     }
 
     /// That several sensors have answered, for people; None: only one has.

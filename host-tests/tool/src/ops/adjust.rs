@@ -6,6 +6,7 @@ use super::set::needs_save;
 use crate::failure::{Failure, Kind};
 use crate::identify::Found;
 use crate::output::Terminal;
+use crate::question::{Change, Question};
 use crate::session::Session;
 use crate::sheet::{Entry, Origin};
 use plumbline::model::catalog::{Adjustment, Product, Written};
@@ -43,10 +44,10 @@ impl What {
         entries.filter(|entry| entry.readable).cloned().collect()
     }
 
-    const fn question(self) -> &'static str {
+    const fn change(self) -> Change {
         match self {
-            Self::Zero => "Make the present position zero",
-            Self::Teach => "Make the present position the reference frame",
+            Self::Zero => Change::Zero,
+            Self::Teach => Change::Teach,
         }
     }
 }
@@ -73,23 +74,25 @@ fn angles(session: &mut Session) -> Result<Values, Failure> {
 pub(crate) fn confirm(
     session: &mut Session,
     found: &Found,
-    what: &str,
+    change: Change,
     terminal: &mut Terminal,
 ) -> Result<(), Failure> {
-    if terminal.all_yes {
+    let name = change.name();
+    if name.is_in(terminal.yes) {
         return Ok(());
     }
-    let sensor = found.line(session.link.rate());
+    let sensor = found.about(session.link.rate());
     let angles = angles(session)?.0.into_iter();
-    let angles: Vec<String> = angles
-        .map(|angle| format!("{}  {}", angle.name, angle.text))
-        .collect();
-    let question = format!("{what}? {sensor}; {}", angles.join(", "));
-    match (terminal.confirm)(&question) {
+    let question = Question::Change {
+        change,
+        sensor: sensor.clone(),
+        angles: angles.map(|angle| (angle.name, angle.text)).collect(),
+    };
+    match terminal.ask(&question)? {
         true => Ok(()),
         false => Err(Failure::usage(
             "not-confirmed",
-            format!("nothing has changed ({sensor}): --yes answers the question"),
+            format!("nothing has changed ({sensor}): --yes={name} answers the question"),
         )),
     }
 }
@@ -105,7 +108,7 @@ pub(crate) fn adjust(
     let product = session.sheet.product;
     let adjustments = what.adjustments(product);
     let chosen = chosen(session, what, adjustments, axis)?;
-    confirm(session, found, what.question(), terminal)?;
+    confirm(session, found, what.change(), terminal)?;
     let (mut is_pending, mut numbers) = (false, Vec::new());
     for adjustment in chosen {
         for (id, written) in adjustment.writes {

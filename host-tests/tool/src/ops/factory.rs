@@ -8,6 +8,7 @@ use crate::connect::{factory_rate, factory_target};
 use crate::failure::Failure;
 use crate::identify::Found;
 use crate::output::Terminal;
+use crate::question::Change;
 use crate::session::Session;
 
 /// Loads the factory values after a yes.
@@ -21,15 +22,8 @@ pub(super) fn load(
         .loads_at_restart()
         .then(|| Some((factory_target(product)?, factory_rate(product)?)))
         .flatten();
-    let question = match after_restart {
-        Some((target, rate)) => format!(
-            "Load the factory values and restart the sensor (it then has {} and {}; the other devices on the bus must have the same rate)",
-            target.named(),
-            rate.name()
-        ),
-        None => "Load the factory values".to_owned(),
-    };
-    adjust::confirm(session, found, &question, terminal)?;
+    let restart = after_restart.map(|(target, rate)| (target.named(), rate.name().to_owned()));
+    adjust::confirm(session, found, Change::LoadFactory { restart }, terminal)?;
     if let Some((target, rate)) = after_restart
         && target != session.target
         && session.link.rate() == Some(rate)

@@ -11,6 +11,7 @@ use crate::client::sdo::Server;
 use crate::failure::Failure;
 use crate::identify::{self, Found};
 use crate::output::Terminal;
+use crate::question::Change;
 use crate::session::{Session, Target};
 use crate::sheet::Entry;
 use plumbline::can::{BitRate, CanId};
@@ -47,10 +48,10 @@ pub(super) fn rate(
         return Ok(Report::done(format!("the bit rate is {new} already")));
     }
     reachable(session, new)?;
-    let question = format!(
-        "Change the bit rate to {new} (the other devices on the bus must have the same rate)"
-    );
-    adjust::confirm(session, found, &question, terminal)?;
+    let change = Change::Rate {
+        new: new.to_string(),
+    };
+    adjust::confirm(session, found, change, terminal)?;
     let target = next_target(session)?;
     store(session, &entry, new, raw)?;
     session.restart()?;

@@ -5,6 +5,7 @@ use crate::adapter::Mode;
 use crate::client::{Link, stopped};
 use crate::failure::Failure;
 use crate::output::{Progress, Terminal};
+use crate::question::Question;
 use plumbline::can::{BitRate, Frame};
 use plumbline::time::{Duration, Instant, after, millis};
 
@@ -193,11 +194,8 @@ pub fn open(
 
 /// Asks whether an adapter without listen-only mode may take part in the bus.
 fn confirmed(rate: Option<BitRate>, terminal: &mut Terminal) -> Result<(), Failure> {
-    let rate = rate.map_or("the bit rate of the interface", BitRate::name);
-    let question = format!(
-        "The adapter has no listen-only mode. Allow it to take part in the bus at {rate} while the tool listens? It acknowledges the messages of other devices, and at a wrong bit rate it destroys them."
-    );
-    if (terminal.confirm)(&question) {
+    let rate = rate.map(|rate| rate.name().to_owned());
+    if terminal.ask(&Question::TakePart { rate })? {
         terminal.note("the adapter has no listen-only mode: it acknowledges the messages of other devices while the tool listens");
         return Ok(());
     }

@@ -24,6 +24,7 @@ use crate::failure::{Failure, Kind};
 use crate::identify;
 use crate::labels::Labels;
 use crate::output::Terminal;
+use crate::question::Question;
 use crate::session::Target;
 pub use active::Questions;
 use listen::Traffic;
@@ -49,9 +50,6 @@ pub struct Options {
     /// What an earlier scan has heard.
     pub memory: Memory,
 }
-
-/// The question at a bus without traffic.
-pub const SILENT: &str = "There is no traffic. Ask at all addresses and bit rates?";
 
 /// Finds sensors and prints them.
 ///
@@ -154,17 +152,13 @@ fn find(
         return Ok(heard);
     }
     let question = match &heard {
-        Some(_) if !rows.rows.is_empty() => {
-            "Search for more sensors? The tool asks at all other addresses. Other devices can interpret a request as a command."
-        }
-        Some(_) => {
-            "There is traffic, but no sensor was recognised. Ask at all addresses? Other devices can interpret a request as a command."
-        }
-        None => SILENT,
+        Some(_) if !rows.rows.is_empty() => Question::More,
+        Some(_) => Question::AllAddresses,
+        None => Question::Silent,
     };
     // --active answers the question for a bus without traffic only.
     let is_answered = options.active && heard.is_none();
-    if !is_answered && !(terminal.confirm)(question) {
+    if !is_answered && !terminal.ask(&question)? {
         if rows.rows.is_empty() {
             let option = if heard.is_none() { "--active" } else { "--yes" };
             terminal.note(format!(
@@ -202,15 +196,12 @@ fn known(
 ) -> Result<(), Failure> {
     for sighting in sightings {
         let mut row = sighting.row.clone();
-        let question = |target: Target| {
-            format!(
-                "Frames look like those of a sensor ({}, {}). Ask it? Another device can interpret the request as a command.",
-                target.protocol(),
-                target.address()
-            )
+        let question = |target: Target| Question::Likely {
+            protocol: target.protocol().to_owned(),
+            address: target.address(),
         };
         if let Some(target) = sighting.target
-            && (sighting.is_sure || (terminal.confirm)(&question(target)))
+            && (sighting.is_sure || terminal.ask(&question(target))?)
         {
             match link.open(rate, Mode::Active) {
                 // An interface of Linux: the message says what to type.

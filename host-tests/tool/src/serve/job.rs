@@ -6,6 +6,7 @@ use crate::adapter::Adapter;
 use crate::cli::{Cli, Options};
 use crate::failure::Failure;
 use crate::ops::Request;
+use crate::question::{Name, Question};
 use clap::Parser;
 use serde::Deserialize;
 use serde_json::Value;
@@ -55,10 +56,10 @@ pub struct Connect {
     pub product: Option<String>,
     /// The questions that were answered with yes.
     #[serde(default)]
-    pub yes: Vec<String>,
-    /// All questions are answered with yes on the command line.
+    pub yes: Vec<Question>,
+    /// The questions that are answered with yes on the command line.
     #[serde(skip)]
-    pub all: bool,
+    pub names: Vec<Name>,
 }
 
 impl Connect {
@@ -83,7 +84,7 @@ impl Connect {
             address: given.map(|(_, address)| address),
             product: options.product.clone(),
             yes: Vec::new(),
-            all: options.yes,
+            names: options.yes.clone(),
         }
     }
 
@@ -133,7 +134,7 @@ pub struct Scan {
     pub search: bool,
     /// The questions that were answered with yes.
     #[serde(default)]
-    pub yes: Vec<String>,
+    pub yes: Vec<Question>,
 }
 
 impl Scan {

@@ -19,6 +19,7 @@ use crate::failure::{Failure, Kind as Refusal};
 use crate::identify::{self, Identity};
 use crate::labels::Labels;
 use crate::output::Terminal;
+use crate::question::Question;
 use crate::scan::{Memory, kbits};
 use commands::Notes;
 use plumbline::can::BitRate;
@@ -30,7 +31,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, TryRecvError};
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
-use which::{ASKS, Answers, Asked, on_request};
+use which::{Answers, Asked, on_request};
 
 /// The pause between two events with the status and the frames.
 const STATUS: Duration = Duration::from_millis(250);
@@ -276,10 +277,10 @@ impl Worker {
                 self.port = None;
             }
             let _ = self.close();
-            if failure.code == ASKS {
-                self.wait(asked, &failure.message);
-            } else {
+            if failure.questions.is_empty() {
                 self.error = Some(failure.message.clone());
+            } else {
+                self.wait(asked, failure.questions.clone());
             }
         }
         self.end(number, &shown, &result, notes.all);
@@ -302,13 +303,13 @@ impl Worker {
         self.hub.publish(Kind::Frames, &json!([]));
         self.status.frames = 0;
         let mut answers = Answers::new(&wanted.yes);
-        let mut confirm = |question: &str| wanted.all || answers.confirm(question);
+        let mut confirm = |question: &Question| answers.confirm(question);
         let mut terminal = Terminal {
             json: true,
             out: &mut std::io::sink(),
             notes,
             confirm: &mut confirm,
-            all_yes: wanted.all,
+            yes: &wanted.names,
             stopped: self.stopped(),
             bar: self.steps(number),
         };
@@ -351,16 +352,15 @@ impl Worker {
             },
             sheet: sheet.as_ref().map(|kept| kept.sheet.clone()),
             labels: Labels::open(self.config.as_deref()).unwrap_or_default(),
-            all_yes: wanted.all,
             memory,
         };
         let opened = connect::session(Box::new(lease.clone()), &bus, &mut terminal);
-        let (session, found) = match (opened, answers.question()) {
+        let (session, found) = match opened {
             // The page asks the user, and tries again.
-            (Err(failure), Some(question)) if failure.kind == Refusal::Usage => {
-                return Err(Failure::usage(ASKS, question));
+            Err(failure) if failure.kind == Refusal::Usage && !answers.asked.is_empty() => {
+                return Err(Failure::asks(answers.asked));
             }
-            (opened, _) => opened?,
+            opened => opened?,
         };
         self.given = Some(wanted.clone());
         lease.keep();

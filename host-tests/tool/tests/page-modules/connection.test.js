@@ -70,11 +70,11 @@ test("question_of_the_program_goes_on_only_after_its_yes", async () => {
   const page = await open();
   await page.event("status", CLOSED);
   page.element("port").value = "can0";
-  const question = "Search for more sensors? There is traffic of canopen.";
-  page.reply("api/scan", ({ yes }) => (yes.includes(question) ? [] : new Refusal("asks", question)));
+  const question = { id: "more" };
+  page.reply("api/scan", ({ yes }) => (yes.some(({ id }) => id === "more") ? [] : Refusal.asks(question)));
   await page.click("find");
   await page.yes({ checks: { 1: true } });
-  assert.equal(page.asked().text, question);
+  assert.match(page.asked().text, /^Search for more sensors\?/);
   assert.equal(page.asked().yes, "Yes");
   await page.no();
   assert.equal(page.requests.length, 1);
@@ -90,12 +90,12 @@ test("question_of_the_program_goes_on_only_after_its_yes", async () => {
 test("no_to_the_first_product_leads_to_the_question_about_the_second_one", async () => {
   const page = await open();
   await page.event("status", CLOSED);
-  const [one, other] = ["Is it is2?", "Is it is2d?"];
-  page.reply("api/connect", ({ yes }) => (yes.includes(other) ? {} : new Refusal("asks", `${one}\n${other}`)));
+  const [one, other] = ["is2", "is2d"].map((product) => ({ id: "which-product", article: "PR-23020-00", products: "is2 or is2d", product }));
+  page.reply("api/connect", ({ yes }) => (yes.some(({ product }) => product === "is2d") ? {} : Refusal.asks(one, other)));
   await page.dispatch("connection", "submit");
-  assert.equal(page.asked().text, one);
+  assert.match(page.asked().text, /PR-23020-00.*\(is2 or is2d\).*Is it is2\?$/);
   await page.no();
-  assert.equal(page.asked().text, other);
+  assert.match(page.asked().text, /Is it is2d\?$/);
   await page.yes();
   assert.deepEqual(page.requests.map(({ body }) => body.yes), [[], [other]]);
 });
@@ -103,12 +103,20 @@ test("no_to_the_first_product_leads_to_the_question_about_the_second_one", async
 test("question_of_the_program_is_in_the_language_of_the_page", async () => {
   const page = await open({ language: "de-DE" });
   await page.event("status", CLOSED);
-  const text = "There is traffic, but no sensor was recognised. Ask at all addresses? Other devices can interpret a request as a command.";
-  page.reply("api/connect", ({ yes }) => (yes.length > 0 ? {} : new Refusal("asks", text)));
-  await page.dispatch("connection", "submit");
-  assert.match(page.asked().text, /^Es gibt Verkehr, aber kein Sensor wurde erkannt\./);
-  await page.yes();
-  assert.deepEqual(page.requests.at(-1).body.yes, [text], "the yes has the words of the program");
+  const doubts = [{ what: "vendor", wanted: "12345h", own: null }, { what: "product code", wanted: "1267h", own: "1268h" }];
+  const questions = [
+    [{ id: "all-addresses" }, /^Es gibt Verkehr, aber kein Sensor wurde erkannt\./],
+    [{ id: "likely", protocol: "fsc", address: "300" }, /eines Sensors \(fsc, 300\)/],
+    [{ id: "take-part", rate: null }, /\(die Bitrate der Schnittstelle\)/],
+    [{ id: "data-sheet", doubts }, /vendor 12345h im Datenblatt, nicht lesbar im Gerät; product code 1267h im Datenblatt, 1268h im Gerät/],
+  ];
+  for (const [question, text] of questions) {
+    page.reply("api/connect", ({ yes }) => (yes.length > 0 ? {} : Refusal.asks(question)));
+    await page.dispatch("connection", "submit");
+    assert.match(page.asked().text, text);
+    await page.yes();
+    assert.deepEqual(page.requests.at(-1).body.yes, [question], "the yes is the question");
+  }
 });
 
 test("page_says_that_it_connects_and_how_it_ended", async () => {

@@ -212,12 +212,17 @@ class Page {
 
 /** A request that the server refuses. */
 export class Refusal {
-  constructor(code, message, status = 400) {
-    Object.assign(this, { code, message, status });
+  constructor(code, message, status = 400, questions = undefined) {
+    Object.assign(this, { code, message, status, questions });
+  }
+
+  /** The server asks the user first. */
+  static asks(...questions) {
+    return new Refusal("asks", "a text of the terminal", 400, questions);
   }
 
   response() {
-    const error = { code: this.code, message: this.message };
+    const error = { code: this.code, message: this.message, questions: this.questions };
     return { ok: false, status: this.status, json: async () => ({ error }) };
   }
 }

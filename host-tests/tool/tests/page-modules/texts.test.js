@@ -7,7 +7,7 @@ import { answers, open } from "./page.js";
 test("languages_have_the_same_texts_with_the_same_places", async () => {
   const page = await open();
   const { texts: { en, de } } = page.import("texts.js");
-  const places = (text) => (text.match(/\{\d\}/g) ?? []).sort().join();
+  const places = (text) => (text.match(/\{\w+\}/g) ?? []).sort().join();
   const keys = [...new Set([...Object.keys(en), ...Object.keys(de)])];
   assert.deepEqual(keys.filter((key) => !en[key] || !de[key] || places(en[key]) !== places(de[key])), []);
   const used = document.root.all().flatMap(({ dataset: { t, tLabel } }) => [t, tLabel]).filter(Boolean);

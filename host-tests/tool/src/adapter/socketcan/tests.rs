@@ -178,7 +178,7 @@ fn scanned(text: &'static str, heartbeat: &[u8]) -> (Option<Failure>, String, St
         confirm: &mut |_| false,
         stopped: Rc::new(|| false),
         bar: None,
-        all_yes: false,
+        yes: &[],
     };
     let options = scan::Options::default();
     let result = scan::run(Box::new(adapter), options, Labels::default(), &mut terminal);

@@ -28,8 +28,8 @@ fn checked(
     adapter.0.borrow_mut().answers = vec![(0x40, answers.to_vec())];
     let mut session = Session::with_sheet(link(&adapter), Target::Canopen(10), sheet);
     let (mut out, mut notes, mut questions) = (Vec::new(), Vec::new(), Vec::new());
-    let mut confirm = |question: &str| {
-        questions.push(question.to_owned());
+    let mut confirm = |question: &Question| {
+        questions.push(question.to_string());
         says_yes
     };
     let mut terminal = Terminal {
@@ -38,7 +38,7 @@ fn checked(
         notes: &mut notes,
         confirm: &mut confirm,
         bar: None,
-        all_yes: false,
+        yes: &[],
         stopped: Rc::new(|| false),
     };
     let result = check(&mut session, &mut terminal);

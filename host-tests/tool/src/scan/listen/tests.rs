@@ -71,10 +71,10 @@ fn heard(at: u32, is_blind: bool, listen: Listen) -> Option<Traffic> {
         json: false,
         out: &mut std::io::sink(),
         notes: &mut std::io::sink(),
-        confirm: &mut |_: &str| false,
+        confirm: &mut |_| false,
         stopped,
         bar: None,
-        all_yes: false,
+        yes: &[],
     };
     listen(&mut link, &mut terminal)
 }

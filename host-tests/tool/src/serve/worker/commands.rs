@@ -1,6 +1,6 @@
 //! What the worker does with the sensor of its session, and what the page shows of it.
 
-use super::which::{ASKS, Answers, on_request};
+use super::which::{Answers, on_request};
 use super::{Live, State, Worker, now};
 use crate::backup::Backup;
 use crate::failure::{Failure, Kind as Refusal};
@@ -8,7 +8,8 @@ use crate::labels::Labels;
 use crate::ops::report::{Adjusted, Values};
 use crate::ops::{self, Report, Request};
 use crate::output::{Bar, Progress, Terminal};
-use crate::scan::{self, SILENT};
+use crate::question::{Name, Question};
+use crate::scan;
 use crate::serve::api::file::document;
 use crate::serve::events::{Hub, Kind};
 use crate::serve::job::Scan;
@@ -64,8 +65,8 @@ impl Worker {
             json: true,
             out: &mut std::io::sink(),
             notes: &mut notes,
-            confirm: &mut |question: &str| answers.confirm(question),
-            all_yes: false,
+            confirm: &mut |question: &Question| answers.confirm(question),
+            yes: &[],
             stopped: self.stopped(),
             bar: self.steps(number),
         };
@@ -75,14 +76,17 @@ impl Worker {
         let asks = wanted.active || wanted.search;
         let may_ask = match &result {
             Ok(_) => true,
-            Err(failure) => failure.kind == Refusal::Silent && (asks || answers.has(SILENT)),
-        };
-        let result = match answers.question() {
-            Some(question) if may_ask => {
-                self.wait(asked, &question);
-                Err(Failure::usage(ASKS, question))
+            Err(failure) => {
+                failure.kind == Refusal::Silent
+                    && (asks || answers.asked.contains(&Question::Silent))
             }
-            _ => result,
+        };
+        let result = match may_ask && !answers.asked.is_empty() {
+            true => {
+                self.wait(asked, answers.asked.clone());
+                Err(Failure::asks(answers.asked))
+            }
+            false => result,
         };
         self.end(number, &words, &result, notes.all);
         result
@@ -252,7 +256,7 @@ impl Worker {
             notes: &mut notes,
             confirm: &mut |_| true,
             // The page has asked already.
-            all_yes: true,
+            yes: &[Name::All],
             stopped,
             bar,
         };
@@ -390,7 +394,7 @@ impl Worker {
             "n": number, "at": now(), "line": line::shown(shown), "notes": notes,
             "state": match result {
                 Ok(_) => "done",
-                Err(failure) if failure.code == ASKS => "asks",
+                Err(failure) if !failure.questions.is_empty() => "asks",
                 Err(_) => "failed",
             },
         });

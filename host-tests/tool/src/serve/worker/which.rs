@@ -4,6 +4,7 @@
 use super::{State, Worker};
 use crate::failure::{Failure, Kind};
 use crate::identify::Found;
+use crate::question::Question;
 use crate::scan::Memory;
 use crate::serve::job::{Connect, options};
 use crate::serve::line::Words;
@@ -46,7 +47,7 @@ impl Worker {
         wanted.port = port.clone();
         if let Some(given) = &self.given {
             // The same question about the same sensor is not asked again.
-            (wanted.yes, wanted.all) = (given.yes.clone(), given.all);
+            (wanted.yes, wanted.names) = (given.yes.clone(), given.names.clone());
         }
         if let Some(kept) = &self.sheet {
             wanted.product = Some(kept.key.clone());
@@ -62,16 +63,13 @@ impl Worker {
     }
 }
 
-/// The code of a failure: the user is to answer a question.
-pub(super) const ASKS: &str = "asks";
-
 /// How long what was heard before a question counts after it.
 const RECENT: Duration = Duration::from_secs(120);
 
 /// A request that has ended with a question, and what was heard before.
 pub(super) struct Asked {
     words: Words,
-    questions: Vec<String>,
+    questions: Vec<Question>,
     since: Instant,
     /// What the scan has heard.
     pub(super) memory: Memory,
@@ -79,7 +77,7 @@ pub(super) struct Asked {
 
 impl Worker {
     /// What was heard before the question that this request answers with yes; nothing for another request, or too late.
-    pub(super) fn asked(&mut self, words: &Words, yes: &[String]) -> Asked {
+    pub(super) fn asked(&mut self, words: &Words, yes: &[Question]) -> Asked {
         let is_answer = |asked: &Asked| {
             let is_yes = asked.questions.iter().any(|own| yes.contains(own));
             asked.words == *words && is_yes && asked.since.elapsed() < RECENT
@@ -96,21 +94,20 @@ impl Worker {
     }
 
     /// Keeps what was heard until the user has answered one of these questions.
-    pub(super) fn wait(&mut self, asked: Asked, questions: &str) {
-        let questions = questions.lines().map(str::to_owned).collect();
+    pub(super) fn wait(&mut self, asked: Asked, questions: Vec<Question>) {
         self.asked = Some(Asked { questions, ..asked });
     }
 }
 
 /// The questions of a command. A yes is for the question that was shown, not for another one.
 pub(super) struct Answers<'a> {
-    yes: &'a [String],
-    /// The questions without a yes.
-    asked: Vec<String>,
+    yes: &'a [Question],
+    /// The questions without a yes: the page asks the user until one is answered with yes, and tries again.
+    pub(super) asked: Vec<Question>,
 }
 
 impl<'a> Answers<'a> {
-    pub(super) fn new(yes: &'a [String]) -> Self {
+    pub(super) fn new(yes: &'a [Question]) -> Self {
         Self {
             yes,
             asked: Vec::new(),
@@ -118,23 +115,12 @@ impl<'a> Answers<'a> {
     }
 
     /// Whether the user has said yes to this question.
-    pub(super) fn confirm(&mut self, question: &str) -> bool {
-        let is_yes = self.yes.iter().any(|own| own == question);
+    pub(super) fn confirm(&mut self, question: &Question) -> bool {
+        let is_yes = self.yes.contains(question);
         if !is_yes {
-            self.asked.push(question.to_owned());
+            self.asked.push(question.clone());
         }
         is_yes
-    }
-
-    /// Whether this question is without a yes.
-    pub(super) fn has(&self, question: &str) -> bool {
-        self.asked.iter().any(|own| own == question)
-    }
-
-    /// The questions without a yes, each on a line: the page asks the user until one is answered with yes, and tries again. None: all
-    /// had a yes.
-    pub(super) fn question(&self) -> Option<String> {
-        (!self.asked.is_empty()).then(|| self.asked.join("\n"))
     }
 }
 

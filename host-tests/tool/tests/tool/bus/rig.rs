@@ -16,6 +16,7 @@ use plumbline_tool::adapter::{Adapter, Mode};
 use plumbline_tool::cli::Cli;
 use plumbline_tool::command::run_with;
 use plumbline_tool::output::{Bar, Terminal};
+use plumbline_tool::question::Question;
 use serde_json::Value;
 use std::cell::{Cell, RefCell};
 use std::io::{self, Write};
@@ -286,10 +287,12 @@ impl Rig {
         let mut notes = Vec::new();
         let (says_yes, yes_to) = (self.says_yes, self.yes_to);
         let (questions, asked_at, bus) = (&mut self.questions, &mut self.asked_at, &self.bus);
-        let mut confirm = |question: &str| {
-            questions.push(question.to_owned());
+        let mut confirm = |question: &Question| {
+            let question = question.to_string();
             asked_at.push(bus.borrow().now());
-            says_yes && yes_to.is_none_or(|part| question.contains(part))
+            let is_yes = says_yes && yes_to.is_none_or(|part| question.contains(part));
+            questions.push(question);
+            is_yes
         };
         let looks = Cell::new(self.stop.unwrap_or(u32::MAX));
         let stopped = move || {
@@ -303,7 +306,7 @@ impl Rig {
             confirm: &mut confirm,
             stopped: Rc::new(stopped),
             bar: self.bar.take(),
-            all_yes: false,
+            yes: &cli.options.yes,
         };
         let bus = self.bus.clone();
         let (left, refused) = (self.cut.unwrap_or(usize::MAX), self.refused);

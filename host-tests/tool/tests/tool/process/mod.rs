@@ -6,6 +6,7 @@ mod command_line;
 mod exchange;
 #[cfg(target_os = "linux")]
 mod pcan;
+mod questions;
 mod sensor;
 
 use bench::BusRate;

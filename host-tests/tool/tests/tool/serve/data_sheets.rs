@@ -24,7 +24,7 @@ pub fn connect(
     product: &str,
     address: (&str, &str),
     sheet: &Value,
-    yes: &[&str],
+    yes: &[Value],
 ) -> Answer {
     let body = json!({
         "port": format!("demo:{product}"), "mode": "active",
@@ -141,8 +141,9 @@ fn data_sheet_of_another_device_is_used_only_after_a_yes() {
     let asked = connect(&server, "jn2101", NODE, &sent["sheet"], &[]);
     assert_eq!(asked.code(), "asks");
     assert!(asked.body.contains("product code"), "{asked:?}");
-    let question = asked.json()["error"]["message"].clone();
-    let yes = [question.as_str().expect("a question")];
+    let question = asked.json()["error"]["questions"][0].clone();
+    assert_eq!(question["id"], "data-sheet");
+    let yes = [question];
     assert_eq!(
         connect(&server, "jn2101", NODE, &sent["sheet"], &yes).status,
         200

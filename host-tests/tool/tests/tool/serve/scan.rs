@@ -10,7 +10,7 @@ use serde_json::{Value, json};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-fn scan(server: &Running, boxes: Value, yes: &[&str]) -> Answer {
+fn scan(server: &Running, boxes: Value, yes: &[Value]) -> Answer {
     let mut body = json!({"port": "demo:is2", "rate": 250, "yes": yes});
     for (name, is_checked) in boxes.as_object().into_iter().flatten() {
         body[name] = is_checked.clone();
@@ -19,10 +19,11 @@ fn scan(server: &Running, boxes: Value, yes: &[&str]) -> Answer {
 }
 
 #[track_caller]
-fn question(answer: &Answer) -> String {
+fn question(answer: &Answer) -> Value {
     assert_eq!((answer.status, answer.code().as_str()), (400, "asks"));
-    let message = answer.json()["error"]["message"].clone();
-    message.as_str().unwrap_or_default().to_owned()
+    let questions = answer.json()["error"]["questions"].clone();
+    assert_eq!(questions.as_array().map(Vec::len), Some(1), "{questions}");
+    questions[0].clone()
 }
 
 #[test]
@@ -30,13 +31,13 @@ fn bus_with_traffic_is_asked_only_after_the_yes_to_its_question() {
     let (opener, witness) = opener(unknown());
     let server = Running::with(opener);
     for boxes in [json!({"active": true}), json!({"search": true})] {
-        let text = question(&scan(&server, boxes.clone(), &[]));
-        assert!(text.contains("There is traffic"), "{text}");
+        let traffic = question(&scan(&server, boxes.clone(), &[]));
+        assert_eq!(traffic, json!({"id": "all-addresses"}));
         // A yes to another question is no yes.
-        let other = "There is no traffic. Ask at all addresses and bit rates?";
-        assert_eq!(question(&scan(&server, boxes.clone(), &[other])), text);
+        let other = json!({"id": "silent"});
+        assert_eq!(question(&scan(&server, boxes.clone(), &[other])), traffic);
         assert_eq!(witness.sent(), [0; 0]);
-        let found = scan(&server, boxes, &[&text]);
+        let found = scan(&server, boxes, &[traffic]);
         assert_eq!(found.status, 200, "{found:?}");
         assert_eq!(found.json()[0]["address"], "300");
         assert!(witness.sent().contains(&0x300));
@@ -56,13 +57,13 @@ fn search_beside_a_node_that_was_heard_runs_after_the_yes() {
     let server = Running::with(opener);
     let mut tab = server.tab();
     let boxes = json!({"active": true, "search": true});
-    let text = question(&scan(&server, boxes.clone(), &[]));
-    assert!(text.starts_with("Search for more sensors?"), "{text}");
+    let more = question(&scan(&server, boxes.clone(), &[]));
+    assert_eq!(more, json!({"id": "more"}));
     // The node whose heartbeat was heard is asked who it is. The page shows it behind the question.
     assert!(witness.sent().iter().all(|id| *id == 0x622));
     let found = tab.wait("found", |rows| rows != &json!([]));
     assert_eq!(found[0]["address"], "34");
-    assert_eq!(scan(&server, boxes, &[&text]).status, 200);
+    assert_eq!(scan(&server, boxes, &[more]).status, 200);
     let sent = witness.sent();
     for id in [0x001, 0x305, 0x621, 0x7FF] {
         assert!(sent.contains(&id), "{id:X}");
@@ -161,25 +162,22 @@ fn waited(times: &Times, asked: u64) -> u64 {
 fn silent_sensor_is_found_within_5_s_of_the_yes_and_shown_while_the_scan_goes_on() {
     let (server, times) = silent();
     let mut tab = server.tab();
-    let scan = |yes: &[&str]| {
+    let scan = |yes: &[Value]| {
         let body = json!({"port": "demo:is2", "yes": yes});
         server.post("/api/scan", &body.to_string())
     };
-    let text = question(&scan(&[]));
-    assert_eq!(
-        text,
-        "There is no traffic. Ask at all addresses and bit rates?"
-    );
+    let silent = question(&scan(&[]));
+    assert_eq!(silent, json!({"id": "silent"}));
     // It is no failure.
     let end = tab.wait("action", |action| action["state"] != "running");
     assert_eq!(end["state"], "asks");
     assert_eq!(times.first.load(Ordering::Relaxed), 0);
     // Without the yes it listens again.
     let asked = times.now.load(Ordering::Relaxed);
-    assert_eq!(question(&scan(&[])), text);
+    assert_eq!(question(&scan(&[])), silent);
     assert!(times.now.load(Ordering::Relaxed) > asked + 10_000);
     let asked = times.now.load(Ordering::Relaxed);
-    let found = scan(&[&text]);
+    let found = scan(std::slice::from_ref(&silent));
     assert_eq!(found.json()[0]["address"], "300", "{found:?}");
     assert!(waited(&times, asked) < 5000);
     let row = tab.wait("found", |rows| rows != &json!([]));
@@ -193,7 +191,7 @@ fn silent_sensor_is_found_within_5_s_of_the_yes_and_shown_while_the_scan_goes_on
     );
     // The next scan listens again.
     let asked = times.now.load(Ordering::Relaxed);
-    assert_eq!(question(&scan(&[])), text);
+    assert_eq!(question(&scan(&[])), silent);
     assert!(times.now.load(Ordering::Relaxed) > asked + 10_000);
 }
 
@@ -201,16 +199,16 @@ fn silent_sensor_is_found_within_5_s_of_the_yes_and_shown_while_the_scan_goes_on
 fn connection_to_a_silent_sensor_is_there_within_5_s_of_the_yes() {
     let (server, times) = silent();
     let mut tab = server.tab();
-    let connect = |yes: &[&str]| {
+    let connect = |yes: &[Value]| {
         let body = json!({"port": "demo:is2", "mode": "active", "yes": yes});
         server.post("/api/connect", &body.to_string())
     };
-    let text = question(&connect(&[]));
-    assert!(text.starts_with("There is no traffic"), "{text}");
+    let rates = question(&connect(&[]));
+    assert_eq!(rates, json!({"id": "all-rates"}));
     let status = tab.wait("status", |status| status["port"] == "demo:is2");
     assert_eq!(status["error"], json!(null));
     let asked = times.now.load(Ordering::Relaxed);
-    let connected = connect(&[&text]);
+    let connected = connect(&[rates]);
     assert_eq!(connected.json()["address"], "300", "{connected:?}");
     assert!(waited(&times, asked) < 5000);
 }

@@ -200,16 +200,14 @@ fn yes_answers_only_the_question_that_was_shown() {
         let body = json!({"port": "demo:is2", "mode": "active", "yes": yes});
         let answer = server.post("/api/connect", &body.to_string());
         assert_eq!(answer.code(), "asks", "{answer:?}");
-        answer.json()["error"]["message"].clone()
+        answer.json()["error"]["questions"][0].clone()
     };
     let silent = connect(&[]);
-    let text = silent.as_str().unwrap_or_default();
-    assert!(text.contains("Ask at all bit rates?"), "{text}");
+    assert_eq!(silent, json!({"id": "all-rates"}));
     // The machine is switched on before the user has answered.
     bus.is_busy.store(true, Ordering::Relaxed);
     let traffic = connect(&[&silent]);
-    let text = traffic.as_str().unwrap_or_default();
-    assert!(text.contains("There is traffic"), "{text}");
+    assert_eq!(traffic, json!({"id": "delivered"}));
     let body = json!({"port": "demo:is2", "mode": "active", "yes": [silent, traffic]});
     let answer = server.post("/api/connect", &body.to_string());
     assert_eq!(answer.status, 200, "{answer:?}");
@@ -224,13 +222,13 @@ fn page_asks_which_of_two_products_a_sensor_is() {
     bus.hides_version.store(true, Ordering::Relaxed);
     let asked = server.post("/api/connect", ACTIVE);
     assert_eq!(asked.code(), "asks", "{asked:?}");
-    let message = asked.json()["error"]["message"].clone();
-    let questions: Vec<&str> = message.as_str().unwrap_or_default().lines().collect();
-    let [first, second] = questions[..] else {
-        panic!("{message}");
-    };
-    assert!(first.ends_with("Is it is2?") && second.ends_with("Is it is2d?"));
-    for (question, product) in [(first, "is2"), (second, "is2d")] {
+    let questions = asked.json()["error"]["questions"].clone();
+    for (place, product) in ["is2", "is2d"].into_iter().enumerate() {
+        let question = &questions[place];
+        assert_eq!(
+            (&question["id"], &question["product"]),
+            (&json!("which-product"), &json!(product))
+        );
         let body = json!({"port": "demo:is2", "mode": "active", "yes": [question]});
         let device = server.post("/api/connect", &body.to_string());
         assert_eq!(device.status, 200, "{device:?}");
@@ -248,9 +246,11 @@ fn page_asks_before_it_uses_the_tables_of_another_product() {
     };
     let asked = connect(&[]);
     assert_eq!(asked.code(), "asks", "{asked:?}");
-    let question = asked.json()["error"]["message"].clone();
-    let text = question.as_str().unwrap_or_default();
-    assert!(text.contains("Use the tables of is1"), "{text}");
+    let question = asked.json()["error"]["questions"][0].clone();
+    assert_eq!(
+        (&question["id"], &question["product"]),
+        (&json!("other-product"), &json!("is1"))
+    );
     assert_eq!(connect(&[&question]).status, 200);
     // The commands have the same answer, also if the tool connects again.
     assert_eq!(value(&server, "cyclic-time"), 250);

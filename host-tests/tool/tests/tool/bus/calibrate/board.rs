@@ -6,6 +6,7 @@ use plumbline_tool::cli::Cli;
 use plumbline_tool::command::run_with;
 use plumbline_tool::failure::Failure;
 use plumbline_tool::output::Terminal;
+use plumbline_tool::question::Question;
 use std::cell::RefCell;
 use std::collections::VecDeque;
 use std::io::{self, Write};
@@ -146,9 +147,10 @@ impl Board {
             board: self,
             text: String::new(),
         };
-        let mut confirm = |question: &str| {
-            questions.push(question.to_owned());
-            answer(self, question, questions.len())
+        let mut confirm = |question: &Question| {
+            let question = question.to_string();
+            questions.push(question.clone());
+            answer(self, &question, questions.len())
         };
         let mut terminal = Terminal {
             json: cli.options.json,
@@ -157,7 +159,7 @@ impl Board {
             confirm: &mut confirm,
             stopped: Rc::new(|| false),
             bar: None,
-            all_yes: false,
+            yes: &[],
         };
         let result = run_with(&cli, &mut terminal, &mut |_| panic!("no adapter is needed"));
         Ended {

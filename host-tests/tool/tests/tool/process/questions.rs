@@ -1,0 +1,72 @@
+//! Questions at a terminal and without one.
+
+use super::sensor::plumbline;
+
+const ZERO: &str = "--rate 250 --id 300 zero";
+
+#[test]
+fn question_without_a_terminal_is_shown_and_answered_with_no() {
+    let output = plumbline("demo:is2", ZERO);
+    let notes = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(2), "{notes}");
+    let question = notes.lines().find(|line| line.contains("position zero? "));
+    let question = question.unwrap_or_else(|| panic!("{notes}"));
+    for part in ["is2", "identifier 300h", "angle-x", "--yes=zero"] {
+        assert!(question.contains(part), "{part}: {notes}");
+    }
+}
+
+#[test]
+fn yes_with_names_answers_only_their_questions() {
+    for (yes, code) in [
+        ("--yes", 0),
+        ("--yes=zero", 0),
+        ("--yes=overwrite,zero", 0),
+        ("--yes=overwrite", 2),
+        ("--yes=nonsense", 2),
+    ] {
+        let output = plumbline("demo:is2", &format!("{yes} {ZERO}"));
+        assert_eq!(output.status.code(), Some(code), "{yes}: {output:?}");
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn ctrl_c_at_a_question_ends_the_program_and_an_answer_goes_on() {
+    use super::sensor::command;
+    use rustix::fs::{Mode, OFlags, open};
+    use rustix::process::{Pid, Signal, kill_process};
+    use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
+    use std::fs::File;
+    use std::io::{Read, Write};
+    use std::process::Stdio;
+    for (answer, code) in [(None, 130), (Some("y\n"), 0), (Some("n\n"), 2)] {
+        let master = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY).expect("a terminal");
+        grantpt(&master).expect("it is ours");
+        unlockpt(&master).expect("it is ours");
+        let path = ptsname(&master, Vec::new()).expect("a name");
+        let flags = OFlags::RDWR | OFlags::NOCTTY;
+        let terminal = open(path.as_c_str(), flags, Mode::empty()).expect("it opens");
+        let mut child = command("demo:is2", "bus", ZERO)
+            .stdin(terminal)
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .expect("the program starts");
+        let mut notes = child.stderr.take().expect("a pipe");
+        let (mut text, mut byte) = (Vec::new(), [0]);
+        while !text.ends_with(b"[y/N] ") {
+            assert_eq!(notes.read(&mut byte).expect("it runs"), 1, "{text:?}");
+            text.push(byte[0]);
+        }
+        let mut master = File::from(master);
+        match answer {
+            Some(answer) => master.write_all(answer.as_bytes()).expect("it is open"),
+            None => kill_process(Pid::from_child(&child), Signal::INT).expect("it runs"),
+        }
+        notes.read_to_end(&mut text).expect("it ends");
+        let output = child.wait_with_output().expect("it ends");
+        let notes = String::from_utf8_lossy(&text);
+        assert_eq!(output.status.code(), Some(code), "{answer:?}: {notes}");
+    }
+}
