@@ -1,5 +1,6 @@
 //! The command line.
 
+use crate::known::{known, parameters, products, rates, text};
 use crate::ops::Request;
 use crate::question::Name;
 use crate::scan::kbits;
@@ -34,7 +35,7 @@ pub struct Options {
     #[arg(long, global = true, env = "PLUMBLINE_PORT", value_name = "PORT")]
     pub port: Option<String>,
     /// The bit rate in kbit/s [default: listens for it]
-    #[arg(long, global = true, value_name = "KBITS", value_parser = bench::bit_rate)]
+    #[arg(long, global = true, value_name = "KBITS", value_parser = known(bench::bit_rate, rates))]
     pub rate: Option<BitRate>,
     /// The Set-Parameter-ID of a GEMAC sensor, hexadecimal: 300, or 8 digits for 29 bits
     #[arg(long, global = true, value_name = "HEX")]
@@ -49,7 +50,7 @@ pub struct Options {
     #[arg(long, global = true, value_name = "N")]
     pub address: Option<u8>,
     /// The product, if the sensor does not say it
-    #[arg(long, global = true, value_name = "NAME")]
+    #[arg(long, global = true, value_name = "NAME", value_parser = known(text, products))]
     pub product: Option<String>,
     /// The data sheet (EDS) of a CANopen or DeviceNet device that is not in the catalogue
     #[arg(long, global = true, value_name = "FILE", conflicts_with = "product")]
@@ -169,7 +170,7 @@ pub enum Command {
         /// A TOML file of `backup`
         file: PathBuf,
         /// Only these parameters
-        #[arg(long, value_name = "NAME", num_args = 1..)]
+        #[arg(long, value_name = "NAME", num_args = 1.., value_parser = known(text, parameters), hide_possible_values = true)]
         only: Vec<String>,
     },
     /// Show the settings of a file that differ from the sensor
@@ -183,7 +184,7 @@ pub enum Command {
     /// Show the angles
     Watch {
         /// Other values than the angles, by the names of `parameters`
-        #[arg(value_name = "NAME")]
+        #[arg(value_name = "NAME", value_parser = known(text, parameters), hide_possible_values = true)]
         names: Vec<String>,
         /// The pause between two samples in ms
         #[arg(long, default_value_t = 200, value_name = "MS", allow_negative_numbers = true, value_parser = clap::value_parser!(u32).range(1..=60_000))]
@@ -200,7 +201,7 @@ pub enum Command {
         /// The file
         file: PathBuf,
         /// Other values than the angles, by the names of `parameters`
-        #[arg(value_name = "NAME")]
+        #[arg(value_name = "NAME", value_parser = known(text, parameters), hide_possible_values = true)]
         names: Vec<String>,
         /// The pause between two samples in ms
         #[arg(long, default_value_t = 20, value_name = "MS", allow_negative_numbers = true, value_parser = clap::value_parser!(u32).range(1..=60_000))]
@@ -331,7 +332,9 @@ fn unused(command: &str) -> &'static [&'static str] {
 pub(crate) fn new_rate(text: &str) -> Result<NewRate, String> {
     match text {
         "auto" => Ok(NewRate::Automatic),
-        _ => bench::bit_rate(text).map(NewRate::Fixed),
+        _ => bench::bit_rate(text)
+            .map(NewRate::Fixed)
+            .map_err(|why| format!("{why}, or auto")),
     }
 }
 

@@ -6,6 +6,7 @@ use crate::client::fsc::{self, Sensor};
 use crate::client::sdo::{Answer, Server};
 use crate::connect;
 use crate::failure::{Failure, Kind};
+use crate::known::meant;
 use crate::session::{Session, Target};
 use plumbline::can::{BitRate, Frame};
 use plumbline::canopen::dictionary::Target as ObjectTarget;
@@ -83,8 +84,9 @@ pub fn product(name: &str) -> Result<&'static Product, Failure> {
     find(&name.to_lowercase()).ok_or_else(|| {
         let names: Vec<&str> = PRODUCTS.iter().map(|product| product.name).collect();
         let message = format!(
-            "there is no product {name:?}; the products are {}",
-            names.join(", ")
+            "there is no product {name:?}; the products are {}{}",
+            names.join(", "),
+            meant(name, names.iter().copied())
         );
         Failure::usage("unknown-product", message)
     })

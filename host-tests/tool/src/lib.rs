@@ -31,6 +31,7 @@ pub mod cyclic;
 pub mod eds;
 pub mod failure;
 pub mod identify;
+pub mod known;
 pub mod labels;
 pub mod number;
 pub mod ops;

@@ -72,7 +72,12 @@ fn usage(error: &clap::Error) -> ExitCode {
     if is_error && std::env::args_os().any(|argument| argument == "--json") {
         let text = error.render().to_string();
         let text = text.trim_start_matches("error: ");
-        let failure = Failure::usage("bad-usage", text.lines().next().unwrap_or(text));
+        let mut lines = text.lines().map(str::trim);
+        let first = lines.next().unwrap_or(text).to_owned();
+        // The name that the user has probably meant.
+        let tip = lines.find_map(|line| line.strip_prefix("tip: "));
+        let tip = tip.map_or(String::new(), |tip| format!("; {tip}"));
+        let failure = Failure::usage("bad-usage", first + &tip);
         print(&mut stdout(), &failure.json().to_string());
         return ExitCode::from(failure.kind.exit_code());
     }

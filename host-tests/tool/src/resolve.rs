@@ -1,6 +1,7 @@
 //! From what a user types to entries of a sheet: full names, names of groups, abbreviations.
 
 use crate::failure::Failure;
+use crate::known::meant;
 use crate::number::Wrong;
 use crate::sheet::{Entry, Sheet, kebab};
 
@@ -28,13 +29,16 @@ pub fn entries<'a>(sheet: &'a Sheet, name: &str) -> Result<Vec<&'a Entry>, Failu
         .collect();
     match matches[..] {
         [only] => Ok(vec![only]),
-        [] => Err(Failure::usage(
-            "unknown-name",
-            format!(
-                "{} has no parameter {name:?}: `plumbline parameters` lists all names",
-                sheet.product.name
-            ),
-        )),
+        [] => {
+            let names = sheet.entries.iter().map(|entry| entry.name.as_str());
+            let groups = groups.iter().map(|(group, _)| *group);
+            let message = format!(
+                "{} has no parameter {name:?}: `plumbline parameters` lists all names{}",
+                sheet.product.name,
+                meant(&wanted, names.chain(groups))
+            );
+            Err(Failure::usage("unknown-name", message))
+        }
         _ => {
             let names: Vec<&str> = matches.iter().map(|entry| entry.name.as_str()).collect();
             let message = format!(

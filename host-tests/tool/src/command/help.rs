@@ -2,6 +2,7 @@
 
 use crate::cli;
 use crate::failure::Failure;
+use crate::known::meant;
 use crate::output::{Terminal, closed};
 use clap_complete::Shell;
 use clap_mangen::Man;
@@ -53,9 +54,11 @@ fn page(mut program: clap::Command, command: Option<&str>) -> Result<Man, Failur
     let Some(name) = command else {
         return Ok(Man::new(program));
     };
+    let names = program.get_subcommands().map(clap::Command::get_name);
+    let meant = meant(name, names);
     let found = program.find_subcommand(name).cloned();
     found.map(Man::new).ok_or_else(|| {
-        let message = format!("there is no command {name}: `plumbline --help` lists them");
+        let message = format!("there is no command {name}: `plumbline --help` lists them{meant}");
         Failure::usage("unknown-command", message)
     })
 }

@@ -52,7 +52,9 @@ pub fn sections(text: &str) -> Result<(Sections, Vec<usize>), String> {
         let damaged = || format!("line {} is not a valid line of an EDS", place + 1);
         if line.is_empty() || line.starts_with([';', '#']) {
         } else if let Some(rest) = line.strip_prefix('[') {
-            let (name, _) = rest.split_once(']').ok_or_else(damaged)?;
+            let name = rest.split_once(']').map(|(name, _)| name);
+            let name = name.filter(|name| !name.contains('['));
+            let name = name.ok_or_else(damaged)?;
             current = small(name);
             sections.entry(current.clone()).or_default();
         } else if let Some((key, value)) = line.split_once('=') {

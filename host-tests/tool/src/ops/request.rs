@@ -2,6 +2,7 @@
 
 use crate::cli::{Axis, NewRate, new_rate};
 use crate::failure::Failure;
+use crate::known::{assignments, known, new_rates, parameters, text};
 use clap::Subcommand;
 use serde::{Deserialize, Deserializer};
 use std::path::PathBuf;
@@ -13,13 +14,14 @@ pub enum Request {
     /// Read parameters and values; without a name all of them
     Get {
         /// Names, or beginnings of their words
+        #[arg(value_parser = known(text, parameters), hide_possible_values = true)]
         #[serde(default)]
         names: Vec<String>,
     },
     /// Write parameters, for example filter=2.5Hz,butterworth zero-x=1.25deg
     Set {
         /// NAME=VALUE; raw:N is the number of the protocol
-        #[arg(required = true)]
+        #[arg(required = true, value_parser = known(text, assignments), hide_possible_values = true)]
         assignments: Vec<String>,
         /// Store them afterwards
         #[arg(long, conflicts_with = "file")]
@@ -71,7 +73,7 @@ pub enum Request {
     /// Change the bit rate: writes, stores, restarts, checks
     Rate {
         /// The new bit rate in kbit/s; auto: automatic detection (GEMAC)
-        #[arg(value_name = "KBITS", value_parser = new_rate)]
+        #[arg(value_name = "KBITS", value_parser = known(new_rate, new_rates))]
         #[serde(deserialize_with = "rate")]
         new: NewRate,
     },

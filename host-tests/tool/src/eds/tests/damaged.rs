@@ -63,7 +63,13 @@ fn byte_order_mark_anywhere_and_utf_16_change_nothing() {
 
 #[test]
 fn damaged_section_is_an_error_with_its_line() {
-    for (damaged, line) in [("[2001", 6), ("2001]", 6), ("// [2001]", 6)] {
+    for (damaged, line) in [
+        ("[2001", 6),
+        ("2001]", 6),
+        ("// [2001]", 6),
+        ("[[2001]]", 6),
+        ("[20[01]", 6),
+    ] {
         let text = OBJECTS.replace("[2001]", damaged);
         let why = parsed(text.as_bytes()).unwrap_err();
         assert!(why.contains(&format!("line {line} ")), "{damaged}: {why}");

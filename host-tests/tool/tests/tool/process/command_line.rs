@@ -19,6 +19,43 @@ fn completions_of_every_shell_are_printed() {
 }
 
 #[test]
+fn completions_offer_products_rates_and_parameters() {
+    for shell in ["bash", "zsh", "fish", "powershell", "elvish"] {
+        let output = plumbline("", &format!("completions {shell}"));
+        let script = String::from_utf8_lossy(&output.stdout);
+        let names = match shell {
+            // Their scripts have no arguments without a name.
+            "powershell" | "elvish" => &[][..],
+            _ => &["tiltix360", "62.5", "cyclic-time", "auto", "filter="],
+        };
+        for name in names {
+            assert!(script.contains(name), "{shell}: {name}");
+        }
+    }
+}
+
+#[test]
+fn wrong_name_is_followed_by_the_one_that_was_probably_meant() {
+    for (words, meant) in [
+        ("--product is22 parameters", "Did you mean is2?"),
+        ("get filtre", "Did you mean filter?"),
+        ("set cyclictime=1s", "Did you mean cyclic-time?"),
+        ("--rate 255 get", "Did you mean 250?"),
+        ("rate 126", "Did you mean 125?"),
+        ("man scna", "Did you mean scan?"),
+        ("scna", "'scan'"),
+        ("--json scna", "'scan'"),
+        ("--json get filtre", "Did you mean filter?"),
+    ] {
+        let output = plumbline("demo:is2", words);
+        assert_eq!(output.status.code(), Some(2), "{words}: {output:?}");
+        let told = [output.stdout, output.stderr].concat();
+        let told = String::from_utf8_lossy(&told);
+        assert!(told.contains(meant), "{words}: {told}");
+    }
+}
+
+#[test]
 fn manual_page_of_every_command_has_its_options() {
     let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("manual");
     let _ = std::fs::remove_dir_all(&folder);
