@@ -25,6 +25,15 @@ const FOLDER: &str = "plumbline";
 /// The longest name, in characters.
 const LONGEST: usize = 60;
 
+/// The folder for the settings of the user; None: this computer has none.
+pub(crate) fn folder(wanted: Option<&Path>) -> Option<PathBuf> {
+    let own = || {
+        let folders = choose_base_strategy().ok()?;
+        Some(folders.config_dir().join(FOLDER))
+    };
+    wanted.map(Path::to_owned).or_else(own)
+}
+
 /// The names that users have given to sensors.
 #[derive(Clone, Debug, Default)]
 pub struct Labels {
@@ -39,11 +48,7 @@ impl Labels {
     /// # Errors
     /// The file cannot be read, or is not one of names.
     pub fn open(folder: Option<&Path>) -> Result<Self, Failure> {
-        let own = || {
-            let folders = choose_base_strategy().ok()?;
-            Some(folders.config_dir().join(FOLDER))
-        };
-        let Some(path) = folder.map(Path::to_owned).or_else(own) else {
+        let Some(path) = self::folder(folder) else {
             return Ok(Self::default());
         };
         let path = path.join(FILE);

@@ -33,6 +33,7 @@ pub mod failure;
 pub mod identify;
 pub mod known;
 pub mod labels;
+pub mod last;
 pub mod number;
 pub mod ops;
 pub mod output;

@@ -18,9 +18,10 @@ use crate::cli::{Cli, Command, Options};
 use crate::client::Link;
 use crate::connect::{self, Wanted};
 use crate::eds;
-use crate::failure::Failure;
+use crate::failure::{Failure, Kind};
 use crate::identify::{self, Found};
 use crate::labels::Labels;
+use crate::last::{self, Last};
 use crate::ops::{self, Request};
 use crate::output::Terminal;
 use crate::question::{Name, Question};
@@ -135,25 +136,51 @@ pub fn run_with(cli: &Cli, terminal: &mut Terminal, connect: Connect) -> Result<
         Command::Operation(request) if options.eds.is_some() => request.check_described()?,
         _ => {}
     }
+    let mut last = Last::open(options.config.as_deref());
+    let is_for_sensor = !matches!(cli.command, Command::Scan { .. } | Command::Log { .. });
+    let (full, mut is_filled) = last.complete(options, is_for_sensor, terminal);
     let mut bus = Bus {
-        options,
+        options: &full,
         connect,
         listens: matches!(
             cli.command,
             Command::Watch { cyclic: true, .. } | Command::Record { cyclic: true, .. }
         ),
         unread: Unread::default(),
+        place: None,
+        is_found: false,
     };
-    let result = on_bus(cli, &mut bus, terminal);
+    let mut result = on_bus(cli, &mut bus, terminal);
+    // Another sensor can be at the adapter now.
+    let searched = Options {
+        port: full.port.clone(),
+        ..options.clone()
+    };
+    let is_silent = matches!(&result, Err(failure) if failure.kind == Kind::Silent);
+    if is_filled && is_silent && !bus.is_found {
+        terminal.note("nobody answers there: the tool searches as without the last command");
+        bus.options = &searched;
+        is_filled = false;
+        result = on_bus(cli, &mut bus, terminal);
+    }
     if let (Ok(()), Some(told)) = (&result, bus.unread.told()) {
         terminal.note(told);
     }
-    result.map_err(|failure| bus.unread.explain(failure))
+    if let (Ok(()), Some(place), Some(port)) = (&result, bus.place, &full.port) {
+        last.keep(port, place.rate, place.target);
+    }
+    result.map_err(|failure| {
+        let failure = bus.unread.explain(failure);
+        match is_filled {
+            true => last::explain(failure),
+            false => failure,
+        }
+    })
 }
 
 /// Runs a command that needs the bus.
 fn on_bus(cli: &Cli, bus: &mut Bus, terminal: &mut Terminal) -> Result<(), Failure> {
-    let options = &cli.options;
+    let options = bus.options;
     match &cli.command {
         Command::Scan { active, search } => {
             let options = scan::Options {
@@ -175,14 +202,15 @@ fn on_bus(cli: &Cli, bus: &mut Bus, terminal: &mut Terminal) -> Result<(), Failu
                 Request::Label { .. } => Labels::open(options.config.as_deref())?,
                 _ => Labels::default(),
             };
-            let (report, told) = bus.with_found(terminal, |session, found, terminal| {
+            let (report, told, place) = bus.with_found(terminal, |session, found, terminal| {
                 // After a restart the sensor needs some time before it answers.
                 let next = matches!(request, Request::Restart).then(|| Place::next(session));
                 let report = ops::perform(request, session, found, (&mut labels, false), terminal)?;
                 let place = next.map_or_else(|| Place::now(session), Place::restarted);
                 let told = place::moves(request).then(|| place.told(options, session, found));
-                Ok((report, told))
+                Ok((report, told, place))
             })?;
+            bus.place = Some(place);
             if let Some(told) = told {
                 terminal.note(told);
             }
@@ -283,6 +311,7 @@ fn raw(bus: &mut Bus, request: &str, terminal: &mut Terminal) -> Result<(), Fail
             (link, found.target)
         }
     };
+    bus.is_found = true;
     let report = ops::raw::send(&mut link, target, request)?;
     link.close();
     terminal.report(&report)
@@ -296,6 +325,10 @@ struct Bus<'a> {
     listens: bool,
     /// What the adapter says and the tool cannot read.
     unread: Unread,
+    /// Where the sensor is after the command.
+    place: Option<Place>,
+    /// A sensor has answered, or a request was sent to it.
+    is_found: bool,
 }
 
 impl Bus<'_> {
@@ -360,6 +393,7 @@ impl Bus<'_> {
         run: impl FnOnce(&mut Session, &Found, &mut Terminal) -> Result<T, Failure>,
     ) -> Result<T, Failure> {
         let (mut session, found) = self.session(terminal)?;
+        self.is_found = true;
         let result = run(&mut session, &found, terminal);
         session.link.end();
         let released = session.release();
@@ -369,6 +403,7 @@ impl Bus<'_> {
         }
         let value = result?;
         released?;
+        self.place = Some(Place::now(&session));
         Ok(value)
     }
 }

@@ -11,8 +11,8 @@ use plumbline::can::BitRate;
 /// The bit rate and the address of a sensor.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Place {
-    rate: Option<BitRate>,
-    target: Target,
+    pub rate: Option<BitRate>,
+    pub target: Target,
     /// It is there only after a restart, which the command does not do.
     after_restart: bool,
 }

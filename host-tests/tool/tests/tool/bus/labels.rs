@@ -116,3 +116,28 @@ fn bad_name_and_broken_file_change_nothing() {
         assert_eq!(std::fs::read_to_string(&path).unwrap(), text);
     }
 }
+
+#[test]
+fn place_of_the_last_command_is_used_and_another_sensor_is_searched() {
+    let folder = std::env::temp_dir().join(format!("plumbline-{}-last", std::process::id()));
+    std::fs::create_dir_all(&folder).unwrap();
+    let mut rig = Rig::with("is2");
+    rig.config = Some(folder.clone());
+    rig.done("--rate 250 --id 300 get");
+    // Without the rate the tool would listen, and ask.
+    rig.says_yes = false;
+    rig.rate = None;
+    let ended = rig.tool("get cyclic-time");
+    assert_eq!(ended.code, 0, "{ended:?}");
+    let note = "as in the last command: --rate 250 --id 300";
+    assert!(ended.notes.contains(note), "{ended:?}");
+    assert!(rig.questions.is_empty());
+    let mut other = Rig::with("jn2101");
+    other.config = Some(folder.clone());
+    let ended = other.tool("get node-id");
+    assert_eq!(ended.code, 0, "{ended:?}");
+    assert!(ended.notes.contains("nobody answers there"), "{ended:?}");
+    let ended = other.tool("get node-id");
+    assert!(ended.notes.contains("--node 10"), "{ended:?}");
+    std::fs::remove_dir_all(folder).unwrap();
+}
