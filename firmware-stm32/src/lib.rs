@@ -28,6 +28,7 @@ pub use plumbline::node::ProductNode;
 use plumbline::model::catalog::PRODUCTS;
 use plumbline::store::ImageId;
 
+#[cfg(board)]
 #[macro_use]
 mod log;
 

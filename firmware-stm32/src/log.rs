@@ -3,7 +3,6 @@
 /// Defines a macro that passes its arguments to the macro of defmt with the same name.
 macro_rules! level {
     ($dollar:tt $name:ident) => {
-        #[allow(unused_macros)]
         macro_rules! $name {
                     ($dollar format:literal $dollar(, $dollar argument:expr)* $dollar(,)?) => {{
                         #[cfg(feature = "defmt")]
@@ -20,5 +19,5 @@ level!($ info);
 level!($ warn);
 level!($ error);
 
-#[cfg(all(board, feature = "defmt"))]
+#[cfg(feature = "defmt")]
 use defmt_rtt as _;
