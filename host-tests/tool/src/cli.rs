@@ -332,9 +332,7 @@ fn unused(command: &str) -> &'static [&'static str] {
 pub(crate) fn new_rate(text: &str) -> Result<NewRate, String> {
     match text {
         "auto" => Ok(NewRate::Automatic),
-        _ => bench::bit_rate(text)
-            .map(NewRate::Fixed)
-            .map_err(|why| format!("{why}, or auto")),
+        _ => bench::bit_rate(text).map(NewRate::Fixed),
     }
 }
 
