@@ -8,8 +8,8 @@
 //! the node if it is earlier. SysTick triggers the alarm, so the resolution of deadlines is one millisecond.
 
 use crate::board::{self, Board, CanPeripheral, ImuWires, StatusLeds, Switches, Watchdog};
-use crate::can::Bus;
 use crate::can::mailboxes::Mailboxes;
+use crate::can::{Bus, BusEvents};
 use crate::flash::ParameterFlash;
 use crate::imu::Element;
 use crate::link::Shared;
@@ -19,11 +19,10 @@ use cortex_m::peripheral::SCB;
 use cortex_m::singleton;
 use plumbline::application::Application;
 use plumbline::calibration_line;
-use plumbline::can::Filter;
 use plumbline::measure::{I32x3, ONE_G, Reading, SAMPLE_PERIOD};
-use plumbline::node::driver::{Driver, Line, Platform, TwoPriorities};
-use plumbline::node::{Action, BitTime, BusEvent, Leds, ProductNode, StoreOf};
-use plumbline::store::{Owner, Store};
+use plumbline::node::driver::{Driver, Line, Output, Platform, TwoPriorities};
+use plumbline::node::{Leds, ProductNode, StoreOf};
+use plumbline::store::{Owner, Store, StoreError};
 use plumbline::time::{Instant, after, earlier, reached};
 
 /// Runs a node without end. `store` and `element` are memory for the store and for the driver of the accelerometer. `link` is shared with the
@@ -73,16 +72,12 @@ pub unsafe fn run<N: ProductNode, E: Element>(
         SCB::sys_reset()
     };
     let mut app = App {
-        driver: Driver::new(TwoPriorities::new(acquisition, link)),
+        driver: Driver::new(TwoPriorities::new(acquisition, link, BusEvents::new(bus))),
         hardware: Hardware {
-            bus,
             element,
             store,
             leds,
             switches,
-            has_events: false,
-            bit_time: None,
-            ends_frame: false,
             lit: Leds::default(),
             terminated: false,
             heating: 0,
@@ -162,17 +157,10 @@ fn create_element<E: Element>(
 
 /// The hardware that the main loop uses.
 struct Hardware<N: ProductNode, E: Element + 'static> {
-    bus: &'static mut Bus,
     element: &'static mut E,
     store: &'static mut ParameterStore<N>,
     leds: StatusLeds,
     switches: Switches,
-    /// True until the events of the controller are read in this turn.
-    has_events: bool,
-    /// The measured bit time of the last frame, for the node.
-    bit_time: Option<BitTime>,
-    /// True until the check whether the controller has missed this frame.
-    ends_frame: bool,
     /// The outputs: the LEDs that are on, the terminating resistor, the power of the heater in permille.
     lit: Leds,
     terminated: bool,
@@ -189,65 +177,34 @@ impl<N: ProductNode, E: Element> Hardware<N, E> {
 }
 
 impl<N: ProductNode, E: Element> Platform for Hardware<N, E> {
-    fn step(&mut self, filters: impl FnOnce(&mut dyn FnMut(Filter))) -> bool {
-        self.bus.step(filters)
-    }
-
-    fn event(&mut self) -> Option<BusEvent> {
-        if self.has_events {
-            let event = self.bus.event();
-            // A wrong bit rate causes continuous errors. At most one of them is handled in a turn, so that the bit time is read.
-            self.has_events = !matches!(event, None | Some(BusEvent::Error));
-            if event.is_some() {
-                return event;
-            }
-        }
-        if !N::DETECTS {
-            return None;
-        }
-        if core::mem::take(&mut self.ends_frame) && self.bus.misses_frame() {
-            return Some(BusEvent::Error);
-        }
-        self.bit_time.take().map(BusEvent::BitTime)
-    }
-
-    fn refilter(&mut self, filters: impl FnOnce(&mut dyn FnMut(Filter))) {
-        self.bus.refilter(filters);
-    }
-
-    fn perform(&mut self, action: Action) {
-        match action {
-            Action::Bus(mode, rate) => {
-                info!("{} at {}", mode, rate);
-                if N::DETECTS {
-                    self.bus.measure(mode);
-                }
-                self.bus.configure(mode, rate);
-            }
-            Action::Recover => {
-                info!("recover from bus-off");
-                self.bus.recover();
-            }
-            Action::Leds(leds) => {
+    fn perform(&mut self, output: Output) {
+        match output {
+            Output::Leds(leds) => {
                 self.lit = leds;
                 self.leds.show(leds);
             }
-            Action::Termination(on) => {
+            Output::Termination(on) => {
                 self.terminated = on;
                 self.switches.terminate(on);
             }
-            Action::Heater(permille) => {
+            Output::Heater(permille) => {
                 self.heating = permille;
                 self.switches.heat(permille);
             }
-            Action::SelfTest => self.element.test(),
-            // The driver calls the methods below.
-            Action::Save | Action::Restart => {}
+            Output::SelfTest => self.element.test(),
         }
     }
 
     fn save(&mut self, image: impl FnOnce(&mut [u8]) -> Option<usize>) {
         self.store.save(image);
+    }
+
+    fn stored(&mut self) -> Option<Result<(), StoreError>> {
+        let result = self.store.step();
+        if let Some(Err(_)) = result {
+            error!("parameters could not be saved");
+        }
+        result
     }
 
     fn restart(&mut self, kept: u32) {
@@ -262,7 +219,7 @@ impl<N: ProductNode, E: Element> Platform for Hardware<N, E> {
 
 /// The state of the main loop.
 struct App<N: ProductNode, E: Element + 'static> {
-    driver: Driver<TwoPriorities<'static, &'static Shared<N>>>,
+    driver: Driver<TwoPriorities<'static, &'static Shared<N>, BusEvents<N>>>,
     hardware: Hardware<N, E>,
     sample_due: Instant,
     /// A reading for the measuring half.
@@ -277,24 +234,16 @@ impl<N: ProductNode, E: Element + 'static> App<N, E> {
             self.driver.sample(reading);
             self.reading = None;
         }
-        let hardware = &mut self.hardware;
-        hardware.has_events = true;
-        if N::DETECTS && hardware.bit_time.is_none() {
-            // This comes before the step of the bus. If the controller can join the bus at the end of this frame, the step completes the
-            // join.
-            hardware.bit_time = hardware.bus.bit_time();
-            hardware.ends_frame = hardware.bit_time.is_some();
-        }
-        let settling = self.driver.turn(hardware);
+        self.driver.controller_mut().begin();
+        let settling = self.driver.turn(&mut self.hardware);
         let reading = self.read();
-        let saving = self.save();
-        settling || reading || saving || N::DETECTS && self.hardware.bus.is_urgent()
+        let saving = self.hardware.store.busy();
+        settling || reading || saving || self.driver.controller().is_urgent()
     }
 
     /// The time of the next iteration if no interrupt comes before.
     fn wake(&self) -> Instant {
-        let bus = &self.hardware.bus;
-        if bus.restless() || N::DETECTS && bus.measures() {
+        if self.driver.controller().is_restless() {
             // At the next tick.
             return clock::now();
         }
@@ -331,7 +280,7 @@ impl<N: ProductNode, E: Element + 'static> App<N, E> {
             // The flash was busy. The FIFO of the accelerometer has the values.
             self.sample_due = after(now, SAMPLE_PERIOD);
         }
-        self.hardware.bus.inspect(now);
+        self.driver.controller_mut().bus.inspect(now);
         self.hardware.refresh();
         self.hardware.element.start(now);
         self.measure_supply();
@@ -345,18 +294,6 @@ impl<N: ProductNode, E: Element + 'static> App<N, E> {
         {
             self.driver.supply(millivolts);
         }
-    }
-
-    /// Performs one step of a save. Returns true if there is more to do at once.
-    fn save(&mut self) -> bool {
-        let Some(result) = self.hardware.store.step() else {
-            return self.hardware.store.busy();
-        };
-        if result.is_err() {
-            error!("parameters could not be saved");
-        }
-        self.driver.stored(result);
-        true
     }
 }
 

@@ -16,6 +16,7 @@
 //! - The transmit mailboxes (`can/transmit.rs`): the crate keeps them in the order of the identifiers, and a frame of the node must
 //!   not overtake an earlier one.
 
+mod events;
 mod filters;
 mod inspection;
 pub mod mailboxes;
@@ -23,6 +24,7 @@ mod pulses;
 pub mod receive;
 pub mod transmit;
 
+pub use events::BusEvents;
 pub use pulses::on_pulse;
 
 use filters::Banks;
@@ -31,12 +33,11 @@ use pulses::Pulses;
 use crate::bit_timing::btr;
 use crate::board::{self, CanPeripheral, Configuration};
 use crate::clock;
-use core::sync::atomic::{AtomicU8, Ordering};
 use cortex_m::peripheral::NVIC;
 use cortex_m::peripheral::scb::SystemHandler;
 use cortex_m::singleton;
-use plumbline::can::{BitRate, Filter};
-use plumbline::node::driver::Phase;
+use plumbline::can::BitRate;
+use plumbline::node::driver::{self, Filters};
 use plumbline::node::{BitTime, BusEvent, BusMode, BusState};
 use plumbline::time::{Duration, Instant, after, millis, reached};
 
@@ -83,25 +84,6 @@ enum Change {
         /// The number of frames that have ended since the join was requested.
         frames: u8,
     },
-}
-
-static PHASE: AtomicU8 = AtomicU8::new(Phase::Off as u8);
-
-/// What the interrupts may do with received frames and mailboxes.
-fn phase() -> Phase {
-    const WAITING: u8 = Phase::Waiting as u8;
-    const LISTENING: u8 = Phase::Listening as u8;
-    const NORMAL: u8 = Phase::Normal as u8;
-    match PHASE.load(Ordering::Relaxed) {
-        NORMAL => Phase::Normal,
-        LISTENING => Phase::Listening,
-        WAITING => Phase::Waiting,
-        _ => Phase::Off,
-    }
-}
-
-fn set_phase(phase: Phase) {
-    PHASE.store(phase as u8, Ordering::Relaxed);
 }
 
 /// Gives the interrupts of the controller and SysTick the same priority: none of them interrupts another one. That of the pulses
@@ -179,14 +161,12 @@ impl Bus {
         })
     }
 
-    /// Begins the change to this mode and bit rate. Discards the frames that are not sent yet. [`step`](Self::step) performs the
-    /// change.
-    pub fn configure(&mut self, mode: BusMode, rate: BitRate) {
+    /// Begins the change to this mode and bit rate. [`step`](Self::step) performs the change.
+    pub fn configure(&mut self, mode: BusMode, rate: BitRate, filters: Filters<'_>) {
         // A reset that still runs is begun again, so that its effect is not lost.
         let listening = self.is_listening() || matches!(self.change, Change::Resetting { .. });
         self.settings = Some(Settings { mode, rate });
-        set_phase(Phase::Off);
-        transmit::abort_all();
+        self.banks = Banks::of(mode, filters);
         if listening {
             // At a wrong bit rate the controller may never detect the end of a frame, and there is none of its own. Errors of
             // the search must not count in normal mode.
@@ -196,12 +176,15 @@ impl Bus {
         }
     }
 
-    /// Changes the filters without a change of the mode. Discards the frames that are not sent yet. Filters that stay receive without
-    /// a gap.
-    pub fn refilter(&mut self, filters: impl FnOnce(&mut dyn FnMut(Filter))) {
-        transmit::abort_all();
-        self.banks = filters::change(self.registers(), filters);
-        set_phase(Phase::Normal);
+    /// Changes the filters without a change of the mode. Filters that stay receive without a gap. Returns false if a change of the mode
+    /// is running.
+    pub fn refilter(&mut self, filters: Filters<'_>) -> bool {
+        if self.restless() {
+            return false;
+        }
+        self.banks = Banks::of(BusMode::Normal, filters);
+        filters::change(&self.can.instance().0, &self.banks);
+        true
     }
 
     /// Starts the recovery from bus-off: enters and leaves initialization mode. Then the controller waits for 128 times 11
@@ -222,7 +205,6 @@ impl Bus {
 
     /// Begins to enter initialization mode.
     fn leave(&mut self) {
-        set_phase(Phase::Off);
         // The other bits get their reset values, until `join`: bus-off recovery is not automatic.
         self.registers()
             .mcr()
@@ -231,18 +213,18 @@ impl Bus {
         self.change = Change::Leaving { limit };
     }
 
-    /// Performs a step of a change of mode. Returns true if the change has ended with it. Call it at least every millisecond. In listen
-    /// mode all frames are accepted, otherwise those that pass the filters that `filters` passes to its argument.
-    pub fn step(&mut self, filters: impl FnOnce(&mut dyn FnMut(Filter))) -> bool {
-        if !self.restless() {
-            return false;
+    /// Performs a step of a change of mode. Call it at least every millisecond.
+    pub fn step(&mut self) -> driver::Change {
+        self.proceed();
+        match self.change {
+            Change::Done => driver::Change::Done,
+            Change::Joining { .. } => driver::Change::Joining,
+            Change::Resetting { .. } | Change::Leaving { .. } => driver::Change::Leaving,
         }
-        self.proceed(filters);
-        !self.restless()
     }
 
     /// Performs a step of a running change of mode.
-    fn proceed(&mut self, filters: impl FnOnce(&mut dyn FnMut(Filter))) {
+    fn proceed(&mut self) {
         for _ in 0..POLLS {
             let registers = self.registers();
             let status = registers.msr().read();
@@ -262,7 +244,7 @@ impl Bus {
                 }
                 Change::Leaving { limit } => {
                     if status.inak().bit_is_set() {
-                        return self.join(filters);
+                        return self.join();
                     }
                     if reached(clock::now(), limit) {
                         self.reset(false);
@@ -272,11 +254,6 @@ impl Bus {
                     // No limit: the controller waits for the bus, drives nothing, and the node can change the mode again.
                     if status.inak().bit_is_clear() && status.slak().bit_is_clear() {
                         self.change = Change::Done;
-                        set_phase(if self.is_listening() {
-                            Phase::Listening
-                        } else {
-                            Phase::Normal
-                        });
                     }
                     return;
                 }
@@ -334,13 +311,13 @@ impl Bus {
 
     /// In initialization mode: sets bit timing, mode, filters and interrupts, and joins the bus. Errors of the previous bit rate
     /// are discarded, so that they are not attributed to the new one.
-    fn join(&mut self, filters: impl FnOnce(&mut dyn FnMut(Filter))) {
+    fn join(&mut self) {
         self.forget_error();
         let Some(settings) = self.settings else {
             return;
         };
         let timing = settings.timing();
-        self.banks = filters::set(self.registers(), settings.mode, filters);
+        filters::set(&self.can.instance().0, &self.banks);
         // SAFETY: timing fields from the tested table, and the silent bit. Loop back stays off.
         self.registers().btr().write(|w| unsafe { w.bits(timing) });
         // Written whole: a disturbance can have enabled others.
@@ -356,7 +333,6 @@ impl Bus {
             w.sleep().clear_bit();
             w.inrq().clear_bit()
         });
-        set_phase(Phase::Waiting);
         self.change = Change::Joining { frames: 0 };
     }
 

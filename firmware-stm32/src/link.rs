@@ -66,7 +66,7 @@ impl<N: ProductNode> Shared<N> {
         let cs = unsafe { CriticalSection::new() };
         let mut link = self.take(cs);
         let unsent = if CommunicationOf::<N>::USES_SENT {
-            link.controller().complete()
+            link.mailboxes().complete()
         } else {
             crate::can::transmit::acknowledge();
             false
@@ -79,7 +79,7 @@ impl<N: ProductNode> Shared<N> {
 
 impl<N: ProductNode> driver::Shared for &'static Shared<N> {
     type Node = N;
-    type Controller = Mailboxes;
+    type Mailboxes = Mailboxes;
 
     /// Uses the link while the interrupts are masked.
     fn with<R>(&self, f: impl FnOnce(&mut driver::LinkOf<'_, N, Mailboxes>) -> R) -> R {

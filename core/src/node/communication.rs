@@ -259,6 +259,7 @@ impl<A: Application, P: Protocol<A>> Communication<A, P> {
     }
 
     /// The next action to perform, except [`Action::Leds`]; None if there is none.
+    #[must_use]
     pub fn action(&mut self, now: Instant) -> Option<Action> {
         let outputs = A::HAS_OUTPUTS.then(|| self.context.values.outputs());
         let action = self.context.shell.next_action(now, outputs);
@@ -285,6 +286,7 @@ impl<A: Application, P: Protocol<A>> Communication<A, P> {
     }
 
     /// The next frame to send. Call it only when a mailbox is free.
+    #[must_use]
     pub fn transmit(&mut self) -> Option<Frame> {
         let frame = self.context.shell.transmit();
         if self.protocol.waits_for_room() {

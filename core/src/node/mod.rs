@@ -38,6 +38,7 @@ use crate::store::StoreError;
 use crate::time::Instant;
 
 /// A request of the node to the hardware.
+#[must_use]
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Action {
@@ -89,6 +90,7 @@ pub enum BusState {
 }
 
 /// An event of the CAN controller.
+#[must_use]
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum BusEvent {
@@ -144,6 +146,7 @@ pub trait Node {
     }
 
     /// The next action to perform; None if there is none. There can be new actions after each input call and at the deadline.
+    #[must_use]
     fn poll(&mut self, now: Instant) -> Option<Action>;
 
     /// Whether the controller must not repeat the next frame of [`transmit`](Self::transmit) after a bit error. Then report
@@ -154,6 +157,7 @@ pub trait Node {
 
     /// The next frame to send. Call it only when a mailbox is free. Frames stay in the queue of the node while the bus is busy,
     /// so that a newer cyclic value can replace an older one.
+    #[must_use]
     fn transmit(&mut self, now: Instant) -> Option<Frame>;
 
     /// Handles that all mailboxes are empty, because the frames of [`transmit`](Self::transmit) were sent. Call it then, before

@@ -5,7 +5,6 @@ mod composed;
 mod devicenet;
 mod driver;
 mod fsc;
-mod halves;
 mod j1939;
 mod one_application;
 mod starting;

@@ -15,13 +15,14 @@ use crate::board::{self, CanPeripheral};
 use embedded_can::Id;
 use plumbline::can::Filter;
 use plumbline::node::BusMode;
+use plumbline::node::driver::Filters;
 
 /// FMR.FINIT: the filters are being set.
 const INITIALIZATION: u32 = 1 << 0;
 /// IDE: 29-bit identifier.
 const EXTENDED: u32 = 1 << 2;
 
-/// The banks as they were set.
+/// The contents of the banks.
 pub(super) struct Banks {
     words: [(u32, u32); board::FILTER_BANKS as usize],
     active: u8,
@@ -33,7 +34,22 @@ impl Banks {
         active: 0,
     };
 
+    /// The banks of these filters. In listen mode, one accepts all frames.
+    pub(super) fn of(mode: BusMode, filters: Filters<'_>) -> Self {
+        let mut banks = Self::NONE;
+        match mode {
+            BusMode::Listen => banks.push((0, 0)),
+            BusMode::Normal => filters.for_each(|filter| banks.push(words(&filter))),
+        }
+        banks
+    }
+
+    fn active(&self) -> impl Iterator<Item = &(u32, u32)> {
+        self.words.iter().take(self.active.into())
+    }
+
     fn push(&mut self, words: (u32, u32)) {
+        // There is a bank for each filter: this is checked at compile time.
         if let Some(place) = self.words.get_mut(usize::from(self.active)) {
             *place = words;
             self.active += 1;
@@ -44,10 +60,7 @@ impl Banks {
     pub(super) fn are_set(&self, registers: &CanPeripheral) -> bool {
         const ALL: u32 = (1 << board::FILTER_BANKS) - 1;
         let master = registers.fmr().read().bits();
-        let mut banks = registers
-            .fb_iter()
-            .zip(&self.words)
-            .take(self.active.into());
+        let mut banks = registers.fb_iter().zip(self.active());
         banks.all(|(bank, words)| (bank.fr1().read().bits(), bank.fr2().read().bits()) == *words)
             && master & INITIALIZATION == 0
             && board::own_filters(master) == master
@@ -58,14 +71,8 @@ impl Banks {
     }
 }
 
-/// Sets the filters while the controller is off the bus: in listen mode one that accepts all frames, otherwise those that
-/// `filters` passes to its argument.
-pub(super) fn set(
-    registers: &CanPeripheral,
-    mode: BusMode,
-    filters: impl FnOnce(&mut dyn FnMut(Filter)),
-) -> Banks {
-    let mut set = Banks::NONE;
+/// Sets the filters while the controller is off the bus.
+pub(super) fn set(registers: &CanPeripheral, set: &Banks) {
     // SAFETY: all bits of these registers are filters of this controller, or reserved bits that keep their value.
     unsafe {
         registers
@@ -78,24 +85,12 @@ pub(super) fn set(
             .fs1r()
             .write(|w| w.bits((1 << board::FILTER_BANKS) - 1));
     }
-    let mut banks = registers.fb_iter().take(board::FILTER_BANKS.into());
-    let mut add = |bits: u32, mask: u32| {
-        // There is a bank for each filter: this is checked at compile time.
-        if let Some(bank) = banks.next() {
-            // SAFETY: all values of these registers are valid.
-            unsafe {
-                bank.fr1().write(|w| w.bits(bits));
-                bank.fr2().write(|w| w.bits(mask));
-            }
-            set.push((bits, mask));
+    for (bank, (bits, mask)) in registers.fb_iter().zip(set.active()) {
+        // SAFETY: all values of these registers are valid.
+        unsafe {
+            bank.fr1().write(|w| w.bits(*bits));
+            bank.fr2().write(|w| w.bits(*mask));
         }
-    };
-    match mode {
-        BusMode::Listen => add(0, 0),
-        BusMode::Normal => filters(&mut |filter| {
-            let (bits, mask) = words(&filter);
-            add(bits, mask);
-        }),
     }
     // SAFETY: as above.
     unsafe {
@@ -104,39 +99,26 @@ pub(super) fn set(
             .fmr()
             .modify(|fmr, w| w.bits(fmr.bits() & !INITIALIZATION));
     }
-    set
 }
 
-/// Changes the filters on the bus to those that `filters` passes to its argument. A filter that stays in its place receives without a
-/// gap: FMR.FINIT would stop the reception of all, so only the banks that change are deactivated.
-pub(super) fn change(
-    registers: &CanPeripheral,
-    filters: impl FnOnce(&mut dyn FnMut(Filter)),
-) -> Banks {
-    let mut set = Banks::NONE;
-    let mut banks = registers.fb_iter().take(board::FILTER_BANKS.into());
-    let mut number = 0;
-    filters(&mut |filter| {
-        if let Some(bank) = banks.next() {
-            let (bits, mask) = words(&filter);
-            let stays = bank.fr1().read().bits() == bits && bank.fr2().read().bits() == mask;
-            if !stays {
-                activate(registers, number, false);
-                // SAFETY: all values of these registers are valid, and the bank is not active.
-                unsafe {
-                    bank.fr1().write(|w| w.bits(bits));
-                    bank.fr2().write(|w| w.bits(mask));
-                }
+/// Changes the filters on the bus. A filter that stays in its place receives without a gap: FMR.FINIT would stop the reception of all, so
+/// only the banks that change are deactivated.
+pub(super) fn change(registers: &CanPeripheral, set: &Banks) {
+    for ((number, bank), (bits, mask)) in (0..).zip(registers.fb_iter()).zip(set.active()) {
+        let stays = bank.fr1().read().bits() == *bits && bank.fr2().read().bits() == *mask;
+        if !stays {
+            activate(registers, number, false);
+            // SAFETY: all values of these registers are valid, and the bank is not active.
+            unsafe {
+                bank.fr1().write(|w| w.bits(*bits));
+                bank.fr2().write(|w| w.bits(*mask));
             }
-            activate(registers, number, true);
-            set.push((bits, mask));
-            number += 1;
         }
-    });
-    for rest in number..board::FILTER_BANKS {
+        activate(registers, number, true);
+    }
+    for rest in set.active..board::FILTER_BANKS {
         activate(registers, rest, false);
     }
-    set
 }
 
 /// Sets FA1R.FACT of a bank.

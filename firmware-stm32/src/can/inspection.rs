@@ -1,7 +1,7 @@
 //! A disturbance can change a configuration register. Then the sensor could stop sending although its program runs. So the firmware
 //! compares the configuration ten times a second with the values of the boot, and restores it.
 
-use super::{Bus, Change, Phase, set_phase, transmit, unmask_interrupts};
+use super::{Bus, Change, transmit, unmask_interrupts};
 use crate::board;
 use plumbline::node::BusMode;
 use plumbline::time::{Duration, Instant, after, millis, reached};
@@ -45,7 +45,6 @@ impl Bus {
             return;
         }
         warn!("the disturbed CAN controller is restored");
-        set_phase(Phase::Off);
         transmit::abort_all();
         // RCC resets the controller: a disturbance can have set silent mode, in which the transmit output can stay dominant until such a
         // reset.

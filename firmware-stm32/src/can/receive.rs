@@ -7,7 +7,7 @@ use crate::board::CanPeripheral;
 use core::sync::atomic::{AtomicBool, Ordering};
 use plumbline::can::{Frame, extended, standard};
 
-/// Frames were lost, because the FIFO of the controller or the queue was full.
+/// Frames were lost, because the FIFO of the controller was full.
 static OVERRUN: AtomicBool = AtomicBool::new(false);
 
 /// Takes the next frame out of FIFO 0; None if it is empty. The frame is None if it is not a valid one.
@@ -24,7 +24,7 @@ pub fn next() -> Option<Option<Frame>> {
     };
     if status.fovr().bit_is_set() {
         fifo.write(|w| w.fovr().clear());
-        lose();
+        OVERRUN.store(true, Ordering::Relaxed);
     }
     if status.fmp().bits() == 0 {
         return None;
@@ -52,11 +52,6 @@ fn head(registers: &CanPeripheral) -> Option<Frame> {
     let high = mailbox.rdhr().read().bits();
     let data = u64::from(high) << 32 | u64::from(low);
     Some(Frame::of(id, data.to_le_bytes(), length))
-}
-
-/// A received frame was lost.
-pub fn lose() {
-    OVERRUN.store(true, Ordering::Relaxed);
 }
 
 /// Whether frames were lost since the last call.

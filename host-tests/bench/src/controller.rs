@@ -1,9 +1,10 @@
 //! The CAN controller of a device: the protocol, transmit mailboxes, a receive FIFO and acceptance filters.
 
-use crate::registers::Registers;
+use crate::bus::picoseconds;
+use crate::mailboxes::Mailboxes;
 use can_wire::protocol::{BitTiming, ErrorCode, Event, Period, Picoseconds, Protocol};
 use plumbline::can::{BitRate, Filter, Frame};
-use plumbline::node::driver::{Controller as _, Phase};
+use plumbline::node::driver::{self, Change, Filters};
 use plumbline::node::{BusEvent, BusMode, BusState};
 use plumbline::time::Instant;
 use std::collections::VecDeque;
@@ -22,15 +23,17 @@ pub(super) enum Interrupt {
 /// A CAN controller after a hardware reset.
 #[derive(Debug)]
 pub(super) struct Controller {
+    /// The time that the driver reads.
+    now: Instant,
     protocol: Protocol,
-    registers: Registers,
+    mailboxes: Mailboxes,
     setting: Option<(BusMode, BitRate)>,
     /// The new setting takes effect at the end of the frame that is being sent.
     changing: bool,
-    /// The driver does not know yet that the controller has joined the bus with the new setting.
-    joins: bool,
     filters: Vec<Filter>,
     fifo: VecDeque<Frame>,
+    /// The FIFO has lost a received frame.
+    lost: bool,
     /// A mailbox has become free.
     free: Option<bool>,
     events: VecDeque<BusEvent>,
@@ -41,21 +44,23 @@ pub(super) struct Controller {
 impl Controller {
     pub(super) fn new(now: Instant) -> Self {
         Self {
+            now,
             protocol: Protocol::default(),
-            registers: Registers::new(now),
+            mailboxes: Mailboxes::default(),
             setting: None,
             changing: false,
-            joins: false,
             filters: Vec::new(),
             fifo: VecDeque::new(),
+            lost: false,
             free: None,
             events: VecDeque::new(),
             state: BusState::Active,
         }
     }
 
-    pub(super) fn registers(&self) -> &Registers {
-        &self.registers
+    /// Sets the time that the driver reads.
+    pub(super) fn set_time(&mut self, now: Instant) {
+        self.now = now;
     }
 
     /// The state machine of the protocol.
@@ -63,49 +68,8 @@ impl Controller {
         &self.protocol
     }
 
-    /// Changes the mode and the bit rate. The frames in the mailboxes are dropped, a frame that is being sent is completed. Earlier
-    /// frames and errors are dropped, the error counters stay.
-    pub(super) fn configure(
-        &mut self,
-        now: Picoseconds,
-        mode: BusMode,
-        rate: BitRate,
-        filters: Vec<Filter>,
-    ) {
-        self.setting = Some((mode, rate));
-        self.changing = true;
-        self.joins = true;
-        self.filters = filters;
-        self.registers.clear();
-        self.registers.resume();
-        self.fifo.clear();
-        self.free = None;
-        self.events.retain(|event| *event != BusEvent::Error);
-        self.change(now);
-        self.update();
-    }
-
-    /// Changes the filters. The frames in the mailboxes are dropped, a frame that is being sent is completed.
-    pub(super) fn refilter(&mut self, filters: Vec<Filter>) {
-        self.filters = filters;
-        self.registers.abort();
-        self.registers.resume();
-    }
-
-    /// Starts the recovery from bus-off.
-    pub(super) fn recover(&mut self, now: Picoseconds) {
-        self.protocol.recover(now);
-        self.update();
-    }
-
-    /// Returns true once when the controller takes part in the bus after a change.
-    pub(super) fn has_joined(&mut self) -> bool {
-        let joined = self.joins && self.registers.phase().receives();
-        self.joins &= !joined;
-        joined
-    }
-
-    fn change(&mut self, now: Picoseconds) {
+    /// Changes the setting if no frame is being sent.
+    fn join(&mut self, now: Picoseconds) {
         if let Some((mode, rate)) = self.setting
             && self.changing
             && !self.protocol.is_transmitting()
@@ -114,20 +78,6 @@ impl Controller {
             let silent = mode == BusMode::Listen;
             self.protocol.join(now, BitTiming::of(rate), silent);
         }
-    }
-
-    /// Updates the registers that the driver reads.
-    fn update(&self) {
-        let is_off = self.protocol.state() == BusState::BusOff;
-        let (phase, rate) = match self.setting {
-            _ if self.changing => (Phase::Off, None),
-            None => (Phase::Off, None),
-            Some(_) if self.protocol.is_joining() => (Phase::Waiting, None),
-            Some((BusMode::Listen, _)) => (Phase::Listening, None),
-            Some((BusMode::Normal, rate)) => (Phase::Normal, Some(rate).filter(|_| !is_off)),
-        };
-        let is_transmitting = self.protocol.is_transmitting();
-        self.registers.set_state(phase, rate, is_transmitting);
     }
 
     pub(super) fn mode(&self) -> Option<BusMode> {
@@ -140,7 +90,7 @@ impl Controller {
 
     /// The frame that waits to be sent.
     pub(super) fn offered(&self) -> Option<Frame> {
-        self.registers.first().filter(|_| !self.changing)
+        self.mailboxes.first().filter(|_| !self.changing)
     }
 
     /// Reports a recessive to dominant edge of the wire.
@@ -151,7 +101,6 @@ impl Controller {
     /// Skips a number of equal periods of the wire.
     pub(super) fn skip(&mut self, period: Period, count: u64) {
         self.protocol.skip(period, count);
-        self.update();
     }
 
     /// Performs the step of the protocol that is due. While the processor is stalled, only the FIFO takes a frame.
@@ -164,28 +113,27 @@ impl Controller {
         let offered = self.offered();
         let event = self.protocol.step(now, dominant, offered)?;
         self.note(now, event, stalled);
-        self.update();
         Some(event)
     }
 
     fn note(&mut self, now: Picoseconds, event: Event, stalled: bool) {
         match event {
-            _ if self.changing => self.change(now),
+            _ if self.changing => self.join(now),
             Event::Received(frame) => self.receive(frame, stalled),
             Event::Transmitted => {
-                self.registers.sent();
+                self.mailboxes.sent();
                 self.free = Some(false);
             }
             Event::Error { code, transmitting } => {
                 self.events.push_back(BusEvent::Error);
                 // Without acknowledge it is sent again at once.
-                if transmitting && code != ErrorCode::Acknowledgment && self.registers.failed() {
+                if transmitting && code != ErrorCode::Acknowledgment && self.mailboxes.failed() {
                     self.free = Some(true);
                 }
             }
             Event::Joined | Event::Started | Event::LostArbitration | Event::Recovered => {}
         }
-        if !self.protocol.is_transmitting() && self.registers.drop_aborted() {
+        if !self.protocol.is_transmitting() && self.mailboxes.drop_aborted() {
             self.free = Some(false);
         }
         let state = self.protocol.state();
@@ -202,7 +150,7 @@ impl Controller {
         }
         if stalled && self.fifo.len() >= FIFO {
             // As on the boards, the newest frame takes the place of the last one.
-            self.registers.clone().lose();
+            self.lost = true;
             self.fifo.pop_back();
         }
         self.fifo.push_back(frame);
@@ -213,18 +161,80 @@ impl Controller {
         self.events.push_back(event);
     }
 
-    /// The next event for the node.
-    pub(super) fn take_event(&mut self) -> Option<BusEvent> {
-        if self.registers.take_lost() {
-            return Some(BusEvent::Overrun);
-        }
-        self.events.pop_front()
-    }
-
     pub(super) fn take_interrupt(&mut self) -> Option<Interrupt> {
         if let Some(frame) = self.fifo.pop_front() {
             return Some(Interrupt::Received(frame));
         }
         self.free.take().map(Interrupt::Free)
+    }
+}
+
+impl driver::Mailboxes for Controller {
+    fn now(&self) -> Instant {
+        self.now
+    }
+
+    fn is_idle(&self) -> bool {
+        self.mailboxes.is_empty()
+    }
+
+    fn has_room(&self) -> bool {
+        self.mailboxes.has_room()
+    }
+
+    fn put(&mut self, frame: &Frame, once: bool) {
+        self.mailboxes.put(frame, once);
+    }
+
+    fn abort(&mut self) {
+        let is_transmitting = self.protocol.is_transmitting();
+        self.mailboxes.abort(is_transmitting);
+    }
+}
+
+fn list(filters: Filters<'_>) -> Vec<Filter> {
+    let mut list = Vec::new();
+    filters.for_each(|filter| list.push(filter));
+    list
+}
+
+impl driver::Controller for Controller {
+    /// The frames in the mailboxes are dropped, a frame that is being sent is completed. Earlier frames and errors are dropped, the error
+    /// counters stay.
+    fn open(&mut self, mode: BusMode, rate: BitRate, filters: Filters<'_>) {
+        self.setting = Some((mode, rate));
+        self.changing = true;
+        self.filters = list(filters);
+        self.mailboxes.clear();
+        self.fifo.clear();
+        self.free = None;
+        self.events.retain(|event| *event != BusEvent::Error);
+        self.join(picoseconds(self.now));
+    }
+
+    fn change(&mut self) -> Change {
+        if self.changing {
+            Change::Leaving
+        } else if self.protocol.is_joining() && self.setting.is_some() {
+            Change::Joining
+        } else {
+            Change::Done
+        }
+    }
+
+    fn refilter(&mut self, filters: Filters<'_>) -> bool {
+        self.filters = list(filters);
+        true
+    }
+
+    fn recover(&mut self) {
+        self.protocol.recover(picoseconds(self.now));
+    }
+
+    fn event(&mut self) -> Option<BusEvent> {
+        if core::mem::take(&mut self.lost) {
+            return Some(BusEvent::Overrun);
+        }
+        self.events.pop_front()
     }
 }

@@ -3,10 +3,9 @@
 
 use super::accelerometer::Accelerometer;
 use super::bus::{instant, picoseconds};
-use super::controller::Interrupt;
+use super::controller::{Controller, Interrupt};
 use super::flash::Flash;
 use super::hardware::{Board, Hardware, LedHistory};
-use super::registers::Registers;
 use super::sensor::Sensor;
 use crate::motion::Motion;
 use crate::node_type::{NodeType, STORE_BUFFER};
@@ -49,7 +48,7 @@ pub struct Device {
 
 /// State that exists while the power is on.
 struct Powered {
-    driver: Driver<OneThread<Box<dyn Node>, Registers>>,
+    driver: Driver<OneThread<Box<dyn Node>, Controller>>,
     hardware: Hardware,
     next_sample: Instant,
     /// The processor is stalled until then, because flash is programmed or erased.
@@ -58,14 +57,14 @@ struct Powered {
 
 impl Powered {
     /// Sets the time that the driver reads.
-    fn set_time(&self, now: Instant) {
-        self.hardware.controller.registers().set_time(now);
+    fn set_time(&mut self, now: Instant) {
+        self.driver.controller_mut().set_time(now);
     }
 
     /// Handles the interrupts of the CAN controller. Returns false if there is none.
     fn interrupt(&mut self) -> bool {
         let mut interrupted = false;
-        while let Some(interrupt) = self.hardware.controller.take_interrupt() {
+        while let Some(interrupt) = self.driver.controller_mut().take_interrupt() {
             interrupted = true;
             match interrupt {
                 Interrupt::Received(frame) => self.driver.receive(&frame),
@@ -155,7 +154,7 @@ impl Device {
     fn measure(&mut self, now: Instant) {
         let Some(power) = self.awake() else { return };
         let measured = power.hardware.receive_pin.poll(now);
-        let controller = &mut power.hardware.controller;
+        let controller = power.driver.controller_mut();
         if let Some(time) = measured.filter(|_| controller.mode() == Some(BusMode::Listen)) {
             if controller.protocol().is_joining() {
                 // As on the boards: the end of a frame was too short to join the bus.
@@ -244,8 +243,7 @@ impl Device {
             power.stalled_until = Some(end);
         }
         if let Some(result) = result {
-            power.set_time(now);
-            power.driver.stored(result);
+            power.hardware.stored = Some(result);
             self.service(now);
         }
     }
@@ -299,11 +297,9 @@ impl Sensor for Device {
         boot.fit(Part::Ism330dhcx);
         let node = self.node_type.start(start, &boot);
         self.accelerometer.power_on();
-        let hardware = Hardware::new(start);
-        let registers = hardware.controller.registers().clone();
         self.power = Some(Powered {
-            driver: Driver::new(OneThread::new(node, registers)),
-            hardware,
+            driver: Driver::new(OneThread::new(node, Controller::new(start))),
+            hardware: Hardware::default(),
             next_sample: after(start, self.node_type.first_reading),
             stalled_until: Some(start),
         });
@@ -359,28 +355,28 @@ impl Sensor for Device {
 
     fn protocol(&self) -> Option<&Protocol> {
         let power = self.power.as_ref();
-        power.map(|power| power.hardware.controller.protocol())
+        power.map(|power| power.driver.controller().protocol())
     }
 
     fn next_step(&self) -> Option<Picoseconds> {
-        let controller = &self.power.as_ref()?.hardware.controller;
+        let controller = self.power.as_ref()?.driver.controller();
         let protocol = controller.protocol();
         let offers = protocol.takes_offer() && controller.offered().is_some();
         protocol.next_event(offers)
     }
 
     fn offered(&self) -> Option<Frame> {
-        self.power.as_ref()?.hardware.controller.offered()
+        self.power.as_ref()?.driver.controller().offered()
     }
 
     fn wire(&mut self, now: Picoseconds, dominant: bool) {
         let Some(power) = &mut self.power else { return };
-        let hardware = &mut power.hardware;
+        let controller = power.driver.controller_mut();
         if dominant {
-            hardware.controller.edge(now);
+            controller.edge(now);
         }
-        if hardware.controller.mode() == Some(BusMode::Listen) {
-            hardware.receive_pin.edge(now, dominant);
+        if controller.mode() == Some(BusMode::Listen) {
+            power.hardware.receive_pin.edge(now, dominant);
             self.measure(instant(now));
         }
     }
@@ -388,14 +384,14 @@ impl Sensor for Device {
     fn step(&mut self, now: Picoseconds, dominant: bool) -> Option<Event> {
         let power = self.power.as_mut()?;
         let stalled = power.stalled_until.is_some();
-        let event = power.hardware.controller.step(now, dominant, stalled)?;
+        let event = power.driver.controller_mut().step(now, dominant, stalled)?;
         self.service(instant(now));
         Some(event)
     }
 
     fn skip(&mut self, period: Period, count: u64) {
         if let Some(power) = &mut self.power {
-            power.hardware.controller.skip(period, count);
+            power.driver.controller_mut().skip(period, count);
         }
     }
 
@@ -404,11 +400,11 @@ impl Sensor for Device {
     }
 
     fn mode(&self) -> Option<BusMode> {
-        self.power.as_ref()?.hardware.controller.mode()
+        self.power.as_ref()?.driver.controller().mode()
     }
 
     fn rate(&self) -> Option<BitRate> {
-        self.power.as_ref()?.hardware.controller.rate()
+        self.power.as_ref()?.driver.controller().rate()
     }
 
     fn leds(&self) -> Leds {

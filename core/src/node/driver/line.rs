@@ -1,9 +1,9 @@
-//! The frames between the CAN controller and the node.
+//! The frames between the mailboxes and the node.
 
-use super::super::{Action, BusEvent, BusMode, Communication, Node, Protocol};
-use super::{Controller, Phase};
+use super::super::{Action, BusEvent, BusMode, BusState, Communication, Node, Protocol};
+use super::{Change, Mailboxes};
 use crate::application::Application;
-use crate::can::{Filter, Frame};
+use crate::can::{BitRate, Filter, Frame};
 use crate::time::Instant;
 use embedded_can::Frame as _;
 use heapless::Deque;
@@ -158,61 +158,93 @@ impl<N: Node + ?Sized> Exchange for N {
     }
 }
 
-/// A CAN controller with the received frames that the node cannot take yet.
-pub struct Line<C> {
-    received: Deque<Frame, QUEUE>,
-    pub(super) controller: C,
+/// What happens to frames.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(super) enum Phase {
+    /// The controller is off the bus, or leaves it: received frames are discarded.
+    Off,
+    /// The controller joins the bus, or its filters change: received frames wait.
+    Waiting,
+    /// Listen-only: frames are received.
+    Listening,
+    /// Frames are received and sent.
+    Normal,
 }
 
-impl<C> Line<C> {
-    /// A line without received frames.
-    pub const fn new(controller: C) -> Self {
+/// The mailboxes of a CAN controller, with its mode, and the received frames that the node cannot take yet.
+pub struct Line<M> {
+    received: Deque<Frame, QUEUE>,
+    phase: Phase,
+    /// The mode and bit rate that the node has requested last.
+    bus: Option<(BusMode, BitRate)>,
+    /// The controller is in bus-off.
+    is_off: bool,
+    /// A received frame was lost, because the queue was full. So there are frames in it, which [`Link::settle`] handles.
+    lost: bool,
+    pub(super) mailboxes: M,
+}
+
+impl<M> Line<M> {
+    /// A line without received frames, off the bus.
+    pub const fn new(mailboxes: M) -> Self {
         Self {
             received: Deque::new(),
-            controller,
+            phase: Phase::Off,
+            bus: None,
+            is_off: false,
+            lost: false,
+            mailboxes,
+        }
+    }
+
+    /// The phase after a change of the mode.
+    fn open_phase(&self) -> Phase {
+        match self.bus {
+            None => Phase::Off,
+            Some((BusMode::Listen, _)) => Phase::Listening,
+            Some((BusMode::Normal, _)) => Phase::Normal,
         }
     }
 }
 
-/// Exclusive access to a node and its CAN controller: see the [module](super). `H` is the communicating half of the node, or the node.
-pub struct Link<'a, H: ?Sized, C> {
+/// Exclusive access to a node and its mailboxes: see the [module](super). `H` is the communicating half of the node, or the node.
+pub struct Link<'a, H: ?Sized, M> {
     pub(super) node: &'a mut H,
-    line: &'a mut Line<C>,
+    line: &'a mut Line<M>,
 }
 
-impl<'a, H: Exchange + ?Sized, C: Controller> Link<'a, H, C> {
-    /// A node with its controller.
-    pub fn new(node: &'a mut H, line: &'a mut Line<C>) -> Self {
+impl<'a, H: Exchange + ?Sized, M: Mailboxes> Link<'a, H, M> {
+    /// A node with its mailboxes.
+    pub fn new(node: &'a mut H, line: &'a mut Line<M>) -> Self {
         Self { node, line }
     }
 
-    /// The CAN controller, for example to read its registers.
-    pub fn controller(&mut self) -> &mut C {
-        &mut self.line.controller
+    /// The mailboxes, for example to read their registers.
+    pub fn mailboxes(&mut self) -> &mut M {
+        &mut self.line.mailboxes
     }
 
     pub(super) fn now(&self) -> Instant {
-        self.line.controller.now()
-    }
-
-    fn phase(&self) -> Phase {
-        self.line.controller.phase()
+        self.line.mailboxes.now()
     }
 
     pub(super) fn is_idle(&self) -> bool {
-        self.line.controller.is_idle()
+        self.line.mailboxes.is_idle()
+    }
+
+    fn receives(&self) -> bool {
+        matches!(self.line.phase, Phase::Listening | Phase::Normal)
     }
 
     /// Handles a received frame: passes it to the node, or keeps it until the node can take it.
     pub fn receive(&mut self, frame: &Frame) {
-        let phase = self.phase();
-        if phase == Phase::Off {
+        if self.line.phase == Phase::Off {
             return;
         }
-        if phase.receives() && self.line.received.is_empty() && self.node.ready() {
+        if self.receives() && self.line.received.is_empty() && self.node.ready() {
             self.handle(frame);
         } else if self.line.received.push_back(*frame).is_err() {
-            self.line.controller.lose();
+            self.line.lost = true;
         }
     }
 
@@ -234,7 +266,7 @@ impl<'a, H: Exchange + ?Sized, C: Controller> Link<'a, H, C> {
     /// Discards the frames in the mailboxes if the received frame has made them invalid, before the controller sends one of them.
     fn withdraw(&mut self) {
         if self.node.withdraws() {
-            self.line.controller.abort();
+            self.line.mailboxes.abort();
         }
     }
 
@@ -242,11 +274,11 @@ impl<'a, H: Exchange + ?Sized, C: Controller> Link<'a, H, C> {
     /// bit error.
     pub fn transmitted(&mut self, unsent: bool) {
         // In another phase, the frame was aborted.
-        if H::USES_SENT && unsent && self.phase() == Phase::Normal {
+        if H::USES_SENT && unsent && self.line.phase == Phase::Normal {
             self.bus(BusEvent::Unsent);
         }
         self.send();
-        if H::USES_SENT && self.phase() == Phase::Normal && self.is_idle() {
+        if H::USES_SENT && self.line.phase == Phase::Normal && self.is_idle() {
             let now = self.now();
             self.node.sent(now);
         }
@@ -254,6 +286,9 @@ impl<'a, H: Exchange + ?Sized, C: Controller> Link<'a, H, C> {
 
     /// Passes an event to the node.
     pub(super) fn bus(&mut self, event: BusEvent) {
+        if let BusEvent::State(state) = event {
+            self.line.is_off = state == BusState::BusOff;
+        }
         let now = self.now();
         self.node.bus(now, event);
     }
@@ -262,8 +297,11 @@ impl<'a, H: Exchange + ?Sized, C: Controller> Link<'a, H, C> {
     /// such a frame.
     pub(super) fn settle(&mut self) -> bool {
         // Usually there is no frame: this is the shortest way to find that out, because a received frame waits meanwhile.
-        if self.line.received.is_empty() && !self.node.is_sending() || !self.phase().receives() {
+        if self.line.received.is_empty() && !self.node.is_sending() || !self.receives() {
             return false;
+        }
+        if core::mem::take(&mut self.line.lost) {
+            self.bus(BusEvent::Overrun);
         }
         let mut moves = false;
         while !self.line.received.is_empty()
@@ -292,15 +330,15 @@ impl<'a, H: Exchange + ?Sized, C: Controller> Link<'a, H, C> {
     fn transmit(&mut self) -> bool {
         let mut moves = false;
         while self.node.is_sending()
-            && self.phase() == Phase::Normal
-            && self.line.controller.has_room()
+            && self.line.phase == Phase::Normal
+            && self.line.mailboxes.has_room()
         {
             let once = self.node.sends_once();
-            let controller = &mut self.line.controller;
-            let Some(frame) = self.node.transmit(|| controller.now()) else {
+            let mailboxes = &mut self.line.mailboxes;
+            let Some(frame) = self.node.transmit(|| mailboxes.now()) else {
                 break;
             };
-            controller.put(&frame, once);
+            mailboxes.put(&frame, once);
             moves = true;
         }
         moves
@@ -310,18 +348,37 @@ impl<'a, H: Exchange + ?Sized, C: Controller> Link<'a, H, C> {
     /// frame is put into a mailbox that the change discards.
     pub(super) fn pause_for(&mut self, action: Action) {
         if let Action::Bus(mode, rate) = action {
-            let controller = &mut self.line.controller;
-            if self.node.changes_filters() && mode == BusMode::Normal && controller.is_at(rate) {
-                controller.pause(Phase::Waiting);
+            let line = &mut *self.line;
+            let stays =
+                line.phase == Phase::Normal && line.bus == Some((mode, rate)) && !line.is_off;
+            line.bus = Some((mode, rate));
+            line.mailboxes.abort();
+            if stays && self.node.changes_filters() {
+                line.phase = Phase::Waiting;
             } else {
-                controller.pause(Phase::Off);
-                self.line.received.clear();
+                self.discard();
             }
         }
     }
 
+    /// Discards the received frames until the controller has left the bus: they belong to the previous mode.
+    pub(super) fn discard(&mut self) {
+        self.line.phase = Phase::Off;
+        self.line.lost = false;
+        self.line.received.clear();
+    }
+
+    /// Follows a change of the mode.
+    pub(super) fn follow(&mut self, change: Change) {
+        self.line.phase = match change {
+            Change::Leaving => Phase::Off,
+            Change::Joining => Phase::Waiting,
+            Change::Done => self.line.open_phase(),
+        };
+    }
+
     /// Whether only the filters change.
     pub(super) fn is_held(&self) -> bool {
-        self.phase() == Phase::Waiting
+        self.line.phase == Phase::Waiting
     }
 }

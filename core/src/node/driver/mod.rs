@@ -1,12 +1,12 @@
 //! The order in which a driver drives a node. The boards, the simulated sensors and the examples use this code.
 //!
-//! A driver implements two traits, [`Controller`] and [`Platform`], and calls a [`Driver`]:
+//! A driver implements three traits and calls a [`Driver`]:
 //!
 //! ```text
-//!   receive interrupt  --> Link::receive ----+        +--> Controller::put, abort, phase, ...
+//!   receive interrupt  --> Link::receive ----+        +--> Mailboxes::put, abort, is_idle, now
 //!   transmit interrupt --> Link::transmitted-+-> node-+
-//!   main loop          --> Driver::sample ---+        +--> Platform::perform, save, restart, ...
-//!                          Driver::turn -----+
+//!   main loop          --> Driver::sample ---+        +--> Controller::open, recover, event
+//!                          Driver::turn -----+        +--> Platform::perform, save, stored, restart
 //! ```
 //!
 //! A driver of any product has one bound, [`ProductNode`](super::ProductNode): it starts the node, and has the owner of its store, its
@@ -14,14 +14,17 @@
 //!
 //! # With one thread
 //!
-//! A [`Driver`] of [`OneThread`] has a [`Node`](super::Node) and its controller. In a loop:
+//! A [`Driver`] of [`OneThread`] has a [`Node`](super::Node) and its CAN controller, which implements [`Mailboxes`] and [`Controller`]. In
+//! a loop:
 //!
 //! 1. Pass each received frame to [`Driver::receive`], each frame that was sent to [`Driver::transmitted`], and every
 //!    [`SAMPLE_PERIOD`](crate::measure::SAMPLE_PERIOD) a reading to [`Driver::sample`].
-//! 2. Call [`Driver::turn`] until it returns false. It requests bus changes, saves and other actions from the [`Platform`].
+//! 2. Call [`Driver::turn`], again with step 1 while it returns true. It changes the mode of the controller, and requests saves and outputs
+//!    from the [`Platform`].
 //! 3. Wait until the next input, at the latest until [`Driver::deadline`].
 //!
-//! This is the example `driver_one_thread`:
+//! This is the example `driver_one_thread`. A real controller also needs a filter for each of [`Filters`], or must pass all frames: the
+//! node ignores those that do not pass.
 //!
 #![doc = "```"]
 #![doc = include_str!("../../../examples/driver_one_thread.rs")]
@@ -30,9 +33,9 @@
 //! # With two priorities
 //!
 //! The readings take long, and a frame must not wait for their calculation. So the interrupts of the CAN controller use the
-//! [`Link`]: the communicating half of the node with its controller. The main loop has a [`Driver`] of [`TwoPriorities`] with the
-//! measuring half. The driver implements [`Shared`]: the link in memory that both use, for example in a `Mutex` of the crate
-//! `critical-section`. No use of the link is longer than a few microseconds.
+//! [`Link`]: the communicating half of the node with its [`Mailboxes`]. The main loop has a [`Driver`] of [`TwoPriorities`] with the
+//! measuring half and the [`Controller`]. The driver implements [`Shared`]: the link in memory that both use, for example in a `Mutex` of
+//! the crate `critical-section`. No use of the link is longer than a few microseconds.
 //!
 //! 1. The receive interrupt passes each frame to [`Link::receive`]. The answer is in a mailbox when it returns.
 //! 2. The transmit interrupt calls [`Link::transmitted`] when a mailbox has become free.
@@ -52,30 +55,42 @@
 //! | a mailbox has become free | [`Driver::transmitted`] or [`Link::transmitted`] | the loop, or the transmit interrupt |
 //! | every [`SAMPLE_PERIOD`](crate::measure::SAMPLE_PERIOD) | [`Driver::sample`], and [`Driver::supply`] if the product measures it | the loop |
 //! | readings were lost | [`Driver::interrupt`], before the next reading | the loop |
-//! | a self-test or a save has ended | [`Driver::tested`], [`Driver::stored`] | the loop |
-//! | after each of these, and at [`Driver::deadline`] | [`Driver::turn`] until it returns false | the loop |
-//! | each millisecond while a change of the mode runs | [`Driver::turn`] | the loop |
+//! | a self-test has ended | [`Driver::tested`] | the loop |
+//! | after each of these, and at [`Driver::deadline`] | [`Driver::turn`] while it returns true | the loop |
+//! | each millisecond during a change of the mode ([`Change`]) | [`Driver::turn`] | the loop |
+//! | without a pause while the store is [busy](crate::store::Store::busy) | [`Driver::turn`] | the loop |
 //!
 //! - **Start**: open the [store](super::StoreOf) of the [owner](super::ProductNode::owner), let it
 //!   [erase in advance](crate::store::Store::prepare), start the node with its [`boot`](crate::store::Store::boot), then call
-//!   [`Driver::turn`]. The controller is off the bus until the first [`Action::Bus`]. Readings begin within 89 ms: without one, the node
+//!   [`Driver::turn`]. The controller is off the bus until the first [`Controller::open`]. Readings begin within 89 ms: without one, the node
 //!   reports a sensor error.
-//! - **Waiting**: no method of [`Controller`] and no use of the link waits. With one thread, each wait in the loop delays the answers. With
+//! - **Waiting**: no method of [`Mailboxes`] and no use of the link waits. With one thread, each wait in the loop delays the answers. With
 //!   two priorities, the loop may wait between two readings, for example for a sector of the flash.
-//! - **Change of the mode** ([`Action::Bus`]): [`Platform::perform`] notes it. The steps abort the frames in the mailboxes, discard the
-//!   received frames and errors, and set bit timing and filters. Then the phase is [`Phase::Waiting`], until the controller has seen
-//!   11 recessive bits. If the bus stays dominant, the change does not end, and the node can request another one.
-//! - **Bus-off**: [`Platform::event`] returns each change of the fault confinement state once. The controller does not leave bus-off
-//!   before [`Action::Recover`]. Then the driver reports [`BusState::Active`](super::BusState::Active).
-//! - **Save**: [`Platform::save`] begins it ([`Store::save`](crate::store::Store::save)), and the loop performs its
-//!   [steps](crate::store::Store::step) until the result, which it passes to [`Driver::stored`]. A board without memory reports an error at
-//!   once. Without a report, the node waits for the end of the save forever, and takes no more frames that must wait for it.
+//! - **Change of the mode** ([`Controller::open`]): discard the received frames and errors, and set bit timing and filters. Then the
+//!   controller joins the bus after 11 recessive bits. If the bus stays dominant, the change does not end, and the node can request another
+//!   one. A controller that needs time for it returns [`Change::Leaving`], then [`Change::Joining`] from [`Controller::change`]. One that can
+//!   wait for the end of the frame on the bus, at most 16 ms, performs it in `open`.
+//! - **Bus-off**: [`Controller::event`] returns each change of the fault confinement state once. The controller does not leave bus-off
+//!   before [`Controller::recover`]. Then it reports [`BusState::Active`](super::BusState::Active).
+//! - **Save**: [`Platform::save`] begins it ([`Store::save`](crate::store::Store::save)), and [`Platform::stored`] performs a
+//!   [step](crate::store::Store::step). A board without memory returns an error.
 //! - **Power cut**: the store has the earlier record until the new one is complete, so a driver does nothing. If the supply is too low
 //!   to program the memory, report the save as failed.
 //! - **Restart**: [`Platform::restart`] comes after the last frame. Switch off the heater, keep the word, and reset the chip. Pass the word to
 //!   the next start ([`Boot::kept`](super::Boot::kept)), but 0 after power-up. If `restart` returns, the driver starts the node again, with
 //!   a new [`Driver`].
 //! - **Watchdog**: feed it once in each iteration of the loop. A turn performs at most eight actions.
+//!
+//! # What the compiler finds
+//!
+//! | mistake | message |
+//! |---|---|
+//! | no [`Controller::recover`], [`Controller::event`], [`Platform::stored`] or [`Platform::restart`] | E0046: not all trait items are implemented |
+//! | a save without a result: [`Platform::stored`] ends without one | E0308: the types do not match |
+//! | an [`Output`] without a branch | E0004: the patterns are not exhaustive |
+//! | the result of [`Driver::turn`] or [`Node::poll`](super::Node::poll), a [`BusEvent`] or a [`Change`] that is not used | `unused_must_use` |
+//! | interrupts and main loop with different nodes | E0308 at [`TwoPriorities::new`] |
+//! | a link that threads share without a lock | E0277: it is not `Sync` |
 //!
 //! # What the order ensures
 //!
@@ -89,20 +104,21 @@
 //! - A restart waits for the end of a save, then for the frames in the mailboxes, but not longer than 100 ms: another node may be
 //!   missing that acknowledges them.
 
+mod hardware;
 mod line;
 mod order;
 mod sides;
 
+pub use hardware::{Change, Controller, Filters, Mailboxes, Output, Platform};
 pub use line::{Exchange, Line, Link};
 pub(super) use order::Reach;
 pub use order::Round;
 pub use sides::{LinkOf, OneThread, Shared, Side, TwoPriorities};
 
-use super::{Action, BusEvent};
-use crate::can::{BitRate, Filter, Frame};
+use super::{Action, BusEvent, BusMode};
+use crate::can::{BitRate, Frame};
 use crate::measure::Reading;
 use crate::measure::self_test::Working;
-use crate::store::StoreError;
 use crate::time::{Duration, Instant, after, earlier, millis, reached};
 
 /// The maximum number of actions in one [`Driver::turn`]. The limit ensures that a watchdog is fed even if each frame causes an action.
@@ -111,97 +127,6 @@ const ROUNDS: u8 = 8;
 /// The longest time that a restart waits for the last frames: four frames, one of them waiting for a mailbox, of 16 ms each at 10
 /// kbit/s.
 const RESTART_LIMIT: Duration = millis(100);
-
-/// What a driver may do with frames.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum Phase {
-    /// The controller is off the bus, or leaves it: received frames are discarded.
-    Off,
-    /// The controller joins the bus, or its filters change: received frames wait.
-    Waiting,
-    /// Listen-only: frames are received.
-    Listening,
-    /// Frames are received and sent.
-    Normal,
-}
-
-impl Phase {
-    /// Whether received frames are passed to the node.
-    pub fn receives(self) -> bool {
-        matches!(self, Self::Listening | Self::Normal)
-    }
-}
-
-/// The transmit mailboxes of a CAN controller. On a driver with two priorities, its methods are called in the interrupts and in
-/// [`Shared::with`].
-pub trait Controller {
-    /// The time of the call, from the clock of the driver.
-    fn now(&self) -> Instant;
-
-    /// What the driver may do with frames. The [`Platform`] sets the phase with its changes of the mode, this trait with
-    /// [`pause`](Self::pause).
-    fn phase(&self) -> Phase;
-
-    /// Sets [`Phase::Off`] or [`Phase::Waiting`], until the platform has performed the requested change.
-    fn pause(&mut self, phase: Phase);
-
-    /// Whether the controller is in normal mode at this bit rate, no change is running, and it is not in bus-off. It does not depend on
-    /// [`pause`](Self::pause). False, the default, for a driver that cannot [change the filters](Platform::refilter) on the bus: then
-    /// such a change is an [`Action::Bus`].
-    fn is_at(&self, rate: BitRate) -> bool {
-        let _ = rate;
-        false
-    }
-
-    /// Whether a frame can be put into a mailbox. Use at most two mailboxes: the second frame follows the first without a gap, and a
-    /// newer cyclic value replaces one that does not wait in a mailbox yet.
-    fn has_room(&self) -> bool;
-
-    /// Whether all mailboxes are empty.
-    fn is_idle(&self) -> bool;
-
-    /// Puts a frame into a mailbox. The controller sends them in the order of the calls. If `once`, it does not repeat the frame
-    /// after a bit error ([`Link::transmitted`] reports it). After a lost arbitration or without acknowledge it sends the frame
-    /// again at once.
-    fn put(&mut self, frame: &Frame, once: bool);
-
-    /// Aborts the frames in the mailboxes. A frame on the bus is not aborted if its transmission succeeds.
-    fn abort(&mut self);
-
-    /// A received frame was lost. [`Platform::event`] reports [`BusEvent::Overrun`], once for several frames.
-    fn lose(&mut self);
-}
-
-/// The hardware around a node, except the mailboxes: the mode of the CAN controller, LEDs, store, outputs.
-pub trait Platform {
-    /// Performs a step of a running change of the mode: see [`Action::Bus`]. `filters` passes the filters in force to its argument.
-    /// Returns true if the change has ended with this step: then the phase is [`Phase::Listening`] or [`Phase::Normal`]. It is
-    /// called in each turn and at once after an [`Action::Bus`].
-    fn step(&mut self, filters: impl FnOnce(&mut dyn FnMut(Filter))) -> bool;
-
-    /// The next event of the CAN controller, except [`BusEvent::Unsent`]; None if there is no more. Each event is returned once: a turn
-    /// calls it until it returns None.
-    fn event(&mut self) -> Option<BusEvent>;
-
-    /// Discards the frames in the mailboxes, sets these filters and the phase [`Phase::Normal`]. The controller stays on the bus, and
-    /// a filter that stays in its place receives without a gap. Only for a protocol that
-    /// [changes its filters](super::Protocol::CHANGES_FILTERS), and a controller that [is at](Controller::is_at) the bit rate.
-    fn refilter(&mut self, filters: impl FnOnce(&mut dyn FnMut(Filter))) {
-        let _ = filters;
-    }
-
-    /// Performs or begins an action, except [`Action::Save`] and [`Action::Restart`]. The phase is [`Phase::Off`] at
-    /// [`Action::Bus`].
-    fn perform(&mut self, action: Action);
-
-    /// Begins a save of the record that `image` writes into its argument, and of which it returns the length. [`Driver::stored`]
-    /// must report its end: until then, the node waits for it.
-    fn save(&mut self, image: impl FnOnce(&mut [u8]) -> Option<usize>);
-
-    /// Restarts the device as after power-up. Pass `kept` to the next start in [`Boot::kept`](super::Boot::kept), in memory that is
-    /// not cleared. Outputs are off.
-    fn restart(&mut self, kept: u32);
-}
 
 /// A restart of the device.
 enum Restart {
@@ -217,6 +142,8 @@ pub struct Driver<S> {
     side: S,
     restart: Restart,
     is_saving: bool,
+    /// A change of the mode is running.
+    is_changing: bool,
 }
 
 impl<S: Side> Driver<S> {
@@ -226,12 +153,23 @@ impl<S: Side> Driver<S> {
             side,
             restart: Restart::No,
             is_saving: false,
+            is_changing: false,
         }
     }
 
     /// The node, or its measuring half.
     pub fn side(&self) -> &S {
         &self.side
+    }
+
+    /// The CAN controller.
+    pub fn controller(&self) -> &S::Controller {
+        self.side.controller()
+    }
+
+    /// The CAN controller, for example to take the received frames from it.
+    pub fn controller_mut(&mut self) -> &mut S::Controller {
+        self.side.controller_mut()
     }
 
     /// Handles a received frame.
@@ -264,22 +202,23 @@ impl<S: Side> Driver<S> {
         self.side.supply(millivolts);
     }
 
-    /// Handles the end of a save.
-    pub fn stored(&mut self, result: Result<(), StoreError>) {
-        self.is_saving = false;
-        self.side.stored(result);
-    }
-
     /// Performs what is due: passes the events of the controller and the frames that waited to the node, performs the actions of the node,
     /// and sends its frames. Call it after each input and at the deadline. Returns true if there can be more to do at once.
+    #[must_use]
     pub fn turn(&mut self, platform: &mut impl Platform) -> bool {
-        self.step(platform);
-        let has_measured = self.pass_events(platform);
+        self.change();
+        let has_measured = self.pass_events();
+        let works = self.work(platform);
+        has_measured | works | self.store(platform)
+    }
+
+    /// Performs the work that is due. Returns true if there can be more.
+    fn work(&mut self, platform: &mut impl Platform) -> bool {
         for _ in 0..ROUNDS {
             match self.side.round() {
                 Round::Idle => {
                     self.leave(platform);
-                    return has_measured;
+                    return false;
                 }
                 Round::Again => {}
                 Round::Perform(action) => self.perform(platform, action),
@@ -288,10 +227,21 @@ impl<S: Side> Driver<S> {
         true
     }
 
+    /// Performs a step of a save. Returns true if it has ended with it.
+    fn store(&mut self, platform: &mut impl Platform) -> bool {
+        let ended = self.is_saving.then(|| platform.stored()).flatten();
+        let Some(result) = ended else {
+            return false;
+        };
+        self.is_saving = false;
+        self.side.stored(result);
+        true
+    }
+
     /// Passes the events of the controller to the node, up to a measured bit time. It can end the bit rate, and a later error would
     /// count at the new one. Returns true if there can be more events.
-    fn pass_events(&mut self, platform: &mut impl Platform) -> bool {
-        while let Some(event) = platform.event() {
+    fn pass_events(&mut self) -> bool {
+        while let Some(event) = self.side.controller_mut().event() {
             self.side.link(|link| link.bus(event));
             self.side.settle();
             if matches!(event, BusEvent::BitTime(_)) {
@@ -310,34 +260,53 @@ impl<S: Side> Driver<S> {
         }
     }
 
-    /// Performs a step of a change of the bus mode.
-    fn step(&mut self, platform: &mut impl Platform) {
-        let side = &mut self.side;
-        if platform.step(|accept| side.link(|link| link.node.filters(accept))) {
+    /// Follows a change of the mode. The controller can also begin one itself.
+    fn change(&mut self) {
+        let change = self.side.controller_mut().change();
+        if !self.is_changing && change == Change::Done {
+            return;
+        }
+        self.is_changing = change != Change::Done;
+        self.side.link(|link| link.follow(change));
+        if change == Change::Done {
             // Handles the frames that waited for the change.
-            side.settle();
+            self.side.settle();
         }
     }
 
     fn perform(&mut self, platform: &mut impl Platform, action: Action) {
-        let side = &mut self.side;
         match action {
-            Action::Bus(..) if side.link(|link| link.is_held()) => {
-                platform.refilter(|accept| side.link(|link| link.node.filters(accept)));
-                side.settle();
-            }
-            Action::Bus(..) => {
-                platform.perform(action);
-                // Without delay, so that the controller can join the bus at the end of the current frame.
-                self.step(platform);
+            Action::Bus(mode, rate) => self.open(mode, rate),
+            Action::Recover => {
+                self.side.controller_mut().recover();
+                self.change();
             }
             Action::Save => {
                 self.is_saving = true;
+                let side = &mut self.side;
                 platform.save(|buffer| side.image(buffer));
             }
             Action::Restart => self.restart = Restart::Requested,
-            _ => platform.perform(action),
+            Action::Leds(leds) => platform.perform(Output::Leds(leds)),
+            Action::Termination(on) => platform.perform(Output::Termination(on)),
+            Action::Heater(permille) => platform.perform(Output::Heater(permille)),
+            Action::SelfTest => platform.perform(Output::SelfTest),
         }
+    }
+
+    /// Changes the mode, or only the filters. The link is paused already.
+    fn open(&mut self, mode: BusMode, rate: BitRate) {
+        self.is_changing = true;
+        let side = &mut self.side;
+        if side.link(|link| link.is_held()) {
+            if side.filter(|controller, filters| controller.refilter(filters)) {
+                return self.change();
+            }
+            side.link(|link| link.discard());
+        }
+        side.filter(|controller, filters| controller.open(mode, rate, filters));
+        // Without delay, so that the controller can join the bus at the end of the current frame.
+        self.change();
     }
 
     /// Restarts the device if a restart is requested and the last frame is sent.

@@ -1,7 +1,8 @@
 //! The two users of the order: a driver with one thread, and one with two priorities.
 
 use super::super::{AcquisitionOf, Action, CommunicationOf, Node, ProductNode};
-use super::{Controller, Exchange, Line, Link, Reach, Round};
+use super::hardware::Accept;
+use super::{Controller, Exchange, Filters, Line, Link, Mailboxes, Reach, Round};
 use crate::measure::Reading;
 use crate::measure::self_test::Working;
 use crate::store::StoreError;
@@ -14,22 +15,29 @@ pub trait Side {
     /// The half of the node that handles the frames.
     type Exchange: Exchange + ?Sized;
     /// The transmit mailboxes of the CAN controller.
+    type Mailboxes: Mailboxes;
+    /// The rest of the CAN controller.
     type Controller: Controller;
 
     /// Calls a function with the link. With two priorities, no interrupt uses the link meanwhile.
-    fn link<R>(
-        &mut self,
-        f: impl FnOnce(&mut Link<'_, Self::Exchange, Self::Controller>) -> R,
-    ) -> R;
+    fn link<R>(&mut self, f: impl FnOnce(&mut Link<'_, Self::Exchange, Self::Mailboxes>) -> R)
+    -> R;
+
+    /// The CAN controller.
+    fn controller(&self) -> &Self::Controller;
+
+    /// The CAN controller.
+    fn controller_mut(&mut self) -> &mut Self::Controller;
+
+    /// Calls a function with the CAN controller and the filters in force.
+    fn filter<R>(&mut self, f: impl FnOnce(&mut Self::Controller, Filters<'_>) -> R) -> R;
 
     /// The time of the call, from the clock of the driver.
     fn now(&self) -> Instant;
 
     /// Handles the frames that waited for the node, and sends its frames.
     fn settle(&mut self) {
-        self.link(|link| {
-            link.settle();
-        });
+        while self.link(|link| link.settle()) {}
     }
 
     /// Performs the work that is due, up to the next action.
@@ -66,8 +74,8 @@ pub struct OneThread<B, C> {
     line: Line<C>,
 }
 
-impl<B: DerefMut<Target: Node>, C: Controller> OneThread<B, C> {
-    /// A node that is started, and its controller.
+impl<B: DerefMut<Target: Node>, C: Mailboxes + Controller> OneThread<B, C> {
+    /// A node that is started, and its controller, which is off the bus.
     pub fn new(node: B, controller: C) -> Self {
         Self {
             node,
@@ -81,16 +89,31 @@ impl<B: DerefMut<Target: Node>, C: Controller> OneThread<B, C> {
     }
 }
 
-impl<B: DerefMut<Target: Node>, C: Controller> Side for OneThread<B, C> {
+impl<B: DerefMut<Target: Node>, C: Mailboxes + Controller> Side for OneThread<B, C> {
     type Exchange = B::Target;
+    type Mailboxes = C;
     type Controller = C;
 
     fn link<R>(&mut self, f: impl FnOnce(&mut Link<'_, B::Target, C>) -> R) -> R {
         f(&mut Link::new(&mut *self.node, &mut self.line))
     }
 
+    fn controller(&self) -> &C {
+        &self.line.mailboxes
+    }
+
+    fn controller_mut(&mut self) -> &mut C {
+        &mut self.line.mailboxes
+    }
+
+    fn filter<R>(&mut self, f: impl FnOnce(&mut C, Filters<'_>) -> R) -> R {
+        let node = &*self.node;
+        let filters = |accept: &mut Accept<'_>| Node::filters(node, accept);
+        f(&mut self.line.mailboxes, Filters::new(&filters))
+    }
+
     fn now(&self) -> Instant {
-        self.line.controller.now()
+        self.line.mailboxes.now()
     }
 
     fn round(&mut self) -> Round {
@@ -151,10 +174,10 @@ pub trait Shared {
     /// The node.
     type Node: ProductNode;
     /// The transmit mailboxes of the CAN controller.
-    type Controller: Controller;
+    type Mailboxes: Mailboxes;
 
     /// Uses the link. Meanwhile no interrupt uses it. Calls are short and not nested.
-    fn with<R>(&self, f: impl FnOnce(&mut LinkOf<'_, Self::Node, Self::Controller>) -> R) -> R;
+    fn with<R>(&self, f: impl FnOnce(&mut LinkOf<'_, Self::Node, Self::Mailboxes>) -> R) -> R;
 
     /// The time of the call, from the clock of the driver. A driver that can read its clock without the link does so here.
     fn now(&self) -> Instant {
@@ -162,25 +185,27 @@ pub trait Shared {
     }
 }
 
-/// The link of node `N` with the CAN controller `C`.
-pub type LinkOf<'a, N, C> = Link<'a, CommunicationOf<N>, C>;
+/// The link of node `N` with mailboxes `M`.
+pub type LinkOf<'a, N, M> = Link<'a, CommunicationOf<N>, M>;
 
 type NodeOf<S> = <S as Shared>::Node;
 type ApplicationOf<S> = <NodeOf<S> as ProductNode>::Application;
 type ProtocolOf<S> = <NodeOf<S> as ProductNode>::Protocol;
 
-/// The measuring half of a node in a main loop. The interrupts use the communicating half.
-pub struct TwoPriorities<'a, S: Shared> {
+/// The measuring half of a node in a main loop, with the CAN controller except its mailboxes. The interrupts use the communicating half.
+pub struct TwoPriorities<'a, S: Shared, C> {
     acquisition: &'a mut AcquisitionOf<S::Node>,
     shared: S,
+    controller: C,
 }
 
-impl<'a, S: Shared> TwoPriorities<'a, S> {
+impl<'a, S: Shared, C: Controller> TwoPriorities<'a, S, C> {
     /// The measuring half of a node that is started. `shared` has the communicating half.
-    pub fn new(acquisition: &'a mut AcquisitionOf<S::Node>, shared: S) -> Self {
+    pub fn new(acquisition: &'a mut AcquisitionOf<S::Node>, shared: S, controller: C) -> Self {
         Self {
             acquisition,
             shared,
+            controller,
         }
     }
 }
@@ -207,9 +232,7 @@ impl<S: Shared> Reach<ApplicationOf<S>, ProtocolOf<S>> for Through<'_, S> {
     }
 
     fn settle(&mut self) {
-        self.0.with(|link| {
-            link.settle();
-        });
+        while self.0.with(|link| link.settle()) {}
     }
 
     fn action(&mut self, now: Instant) -> Option<Action> {
@@ -223,12 +246,29 @@ impl<S: Shared> Reach<ApplicationOf<S>, ProtocolOf<S>> for Through<'_, S> {
     }
 }
 
-impl<S: Shared> Side for TwoPriorities<'_, S> {
+impl<S: Shared, C: Controller> Side for TwoPriorities<'_, S, C> {
     type Exchange = CommunicationOf<S::Node>;
-    type Controller = S::Controller;
+    type Mailboxes = S::Mailboxes;
+    type Controller = C;
 
-    fn link<R>(&mut self, f: impl FnOnce(&mut LinkOf<'_, S::Node, S::Controller>) -> R) -> R {
+    fn link<R>(&mut self, f: impl FnOnce(&mut LinkOf<'_, S::Node, S::Mailboxes>) -> R) -> R {
         self.shared.with(f)
+    }
+
+    fn controller(&self) -> &C {
+        &self.controller
+    }
+
+    fn controller_mut(&mut self) -> &mut C {
+        &mut self.controller
+    }
+
+    fn filter<R>(&mut self, f: impl FnOnce(&mut C, Filters<'_>) -> R) -> R {
+        let shared = &self.shared;
+        let filters = |accept: &mut Accept<'_>| {
+            shared.with(|link| link.node.filters(accept));
+        };
+        f(&mut self.controller, Filters::new(&filters))
     }
 
     fn now(&self) -> Instant {

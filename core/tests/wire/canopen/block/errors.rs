@@ -118,7 +118,7 @@ fn segments_of_upload_leave_room_for_other_services() {
             ]
         );
         t.wait_without_samples(0);
-        t.node.poll(t.now);
+        while t.node.poll(t.now).is_some() {}
     }
 }
 
