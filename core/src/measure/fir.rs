@@ -214,6 +214,11 @@ impl Fir {
         output
     }
 
+    /// Forgets the earlier vectors: the next one is as the first one. Call it when samples were missing: the last ones before can be wrong.
+    pub fn forget(&mut self) {
+        self.output = None;
+    }
+
     fn filter(&mut self, design: &Design, input: [i32; 3]) -> [i32; 3] {
         for (mean, sample) in self.means.iter_mut().zip(input) {
             mean.sum = mean.sum.wrapping_add(i64::from(sample));

@@ -179,6 +179,11 @@ impl LowPass {
         output
     }
 
+    /// Forgets the earlier vectors: the next one is as the first one. Call it when samples were missing: the last ones before can be wrong.
+    pub fn forget(&mut self) {
+        self.output = None;
+    }
+
     /// Continues from this output, which is limited to +-8 g: the state is that after a constant input.
     pub fn restart(&mut self, output: I32x3) {
         self.output = Some(limit(output));

@@ -136,4 +136,10 @@ impl Inclinometer {
         self.validity.step(corrected, reading.clipped);
         self.low_pass.step(corrected)
     }
+
+    /// Handles missing samples: nothing is valid until samples come again, and these begin the filter anew.
+    pub fn stale(&mut self) {
+        self.validity.stale();
+        self.low_pass.forget();
+    }
 }

@@ -173,7 +173,7 @@ impl<X: Axes, const HEATED: bool> Application for Gemac<X, HEATED> {
         if HEATED {
             self.cell.stop();
         }
-        self.inclinometer.validity.stale();
+        self.inclinometer.stale();
         self.faults = X::ANGLES;
         self.values()
     }

@@ -109,6 +109,7 @@ impl Measuring {
     /// Samples are missing for so long that nothing valid is measured.
     pub fn invalidate(&mut self) {
         self.validity.stale();
+        self.low_pass.forget();
         self.interrupt();
     }
 

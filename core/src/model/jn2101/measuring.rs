@@ -78,6 +78,7 @@ impl Measuring {
     /// Marks the samples as not valid.
     pub fn invalidate(&mut self) {
         self.validity.stale();
+        self.filter.forget();
         self.up = None;
     }
 

@@ -285,3 +285,13 @@ fn guarding_request_is_not_answered() {
     let mut tester = booted();
     assert_eq!(tester.exchange("732#R1"), [""; 0]);
 }
+
+#[test]
+fn filter_begins_again_after_missing_samples() {
+    let mut tester = booted();
+    tester.hold([ONE_G, 0, ONE_G], 2);
+    tester.wait_without_samples(200);
+    tester.hold([0, 0, ONE_G], 2);
+    tester.sent_text();
+    assert_eq!(tester.read_i32(0x6110), 0);
+}

@@ -141,3 +141,15 @@ fn missing_samples_set_sensor_errors() {
     tester.wait_without_samples(200);
     assert_eq!(tester.ask(&[0x02])[1], DELIVERED | 0x30);
 }
+
+#[test]
+fn filter_begins_again_after_missing_samples() {
+    let mut tester = is2();
+    tester.reading(0, 0, ONE_G, false);
+    let level = tester.ask(&[0x00]);
+    tester.reading(ONE_G, ONE_G, ONE_G, false);
+    tester.wait_without_samples(200);
+    tester.reading(0, 0, ONE_G, false);
+    tester.reading(0, 0, ONE_G, false);
+    assert_eq!(tester.ask(&[0x00]), level);
+}
