@@ -471,7 +471,8 @@ fn reset_communication_announces_persisting_faults_after_boot_up() {
 fn filter_begins_again_after_missing_samples() {
     let mut t = booted();
     t.write(0x2043, 0, 1, 4).unwrap();
-    t.hold(in_g([0.7, 0.0, 0.7]), 2);
+    t.hold(in_g([0.7, 0.0, 0.7]), 100);
+    assert_ne!(t.read_i16(0x6010), 0);
     t.wait_without_samples(200);
     t.hold(in_g([0.0, 0.0, 1.0]), 2);
     t.sent_text();

@@ -289,7 +289,8 @@ fn guarding_request_is_not_answered() {
 #[test]
 fn filter_begins_again_after_missing_samples() {
     let mut tester = booted();
-    tester.hold([ONE_G, 0, ONE_G], 2);
+    tester.hold([ONE_G, 0, ONE_G], 100);
+    assert_ne!(tester.read_i32(0x6110), 0);
     tester.wait_without_samples(200);
     tester.hold([0, 0, ONE_G], 2);
     tester.sent_text();

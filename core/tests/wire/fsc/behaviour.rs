@@ -147,7 +147,10 @@ fn filter_begins_again_after_missing_samples() {
     let mut tester = is2();
     tester.reading(0, 0, ONE_G, false);
     let level = tester.ask(&[0x00]);
-    tester.reading(ONE_G, ONE_G, ONE_G, false);
+    for _ in 0..100 {
+        tester.reading(ONE_G, 0, ONE_G, false);
+    }
+    assert_ne!(tester.ask(&[0x00]), level);
     tester.wait_without_samples(200);
     tester.reading(0, 0, ONE_G, false);
     tester.reading(0, 0, ONE_G, false);
