@@ -28,7 +28,7 @@ impl BuildError {
 /// # Errors
 /// There is no program of a name, the build fails, or the target is missing and there is no rustup.
 pub fn build(board: Board, names: &[&str]) -> Result<BTreeMap<String, PathBuf>, BuildError> {
-    build_with(board, names, board.facts().name, own_folder(board))
+    build_with(board, names, None)
 }
 
 /// The folder of a board in the target directory, as in its alias of cargo: two boards have the target of the Blue Pill, and the images of
@@ -43,7 +43,7 @@ pub fn folder(board: Board) -> PathBuf {
     Path::new(own).join(board.facts().target).join("release")
 }
 
-/// As [`build`], with the log. The files are in a folder of their own, so that they do not replace those without the log.
+/// As [`build`], with the log.
 ///
 /// # Errors
 /// As [`build`].
@@ -51,11 +51,10 @@ pub fn build_with_log(
     board: Board,
     names: &[&str],
 ) -> Result<BTreeMap<String, PathBuf>, BuildError> {
-    let feature = board.facts().name;
-    build_with(board, names, &format!("{feature},defmt"), Some("with-log"))
+    build_with(board, names, Some("defmt"))
 }
 
-/// As [`build`], for the measuring element with this feature. The files are in a folder of their own.
+/// As [`build`], for the measuring element with this feature.
 ///
 /// # Errors
 /// As [`build`].
@@ -64,27 +63,31 @@ pub fn build_for_element(
     names: &[&str],
     element: &str,
 ) -> Result<BTreeMap<String, PathBuf>, BuildError> {
-    let feature = board.facts().name;
-    let folder = Path::new(&format!("with-{element}")).join(own_folder(board).unwrap_or_default());
-    let folder = folder.to_string_lossy();
-    build_with(board, names, &format!("{feature},{element}"), Some(&folder))
+    build_with(board, names, Some(element))
 }
 
+/// Builds for a board and with another feature. Each feature and each board has a folder of its own, because images of one replace those of
+/// another.
 fn build_with(
     board: Board,
     names: &[&str],
-    features: &str,
-    folder: Option<&str>,
+    feature: Option<&str>,
 ) -> Result<BTreeMap<String, PathBuf>, BuildError> {
     let target = board.facts().target;
+    let features: Vec<&str> = [board.facts().name].into_iter().chain(feature).collect();
+    let folder = feature.map(|it| format!("with-{it}"));
+    let folder: PathBuf = [folder.as_deref(), own_folder(board)]
+        .into_iter()
+        .flatten()
+        .collect();
     add_target(target)?;
     let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
     let mut build = Command::new(cargo)
         .args(["build", "--locked", "--release", "--quiet"])
         .args(["--package", "firmware-stm32", "--target", target])
         .args(names.iter().flat_map(|name| ["--bin", name]))
-        .args(["--no-default-features", "--features", features])
-        .args(folder.into_iter().flat_map(into_folder))
+        .args(["--no-default-features", "--features", &features.join(",")])
+        .args(into_folder(&folder))
         .arg("--message-format=json-render-diagnostics")
         // They are for the programs of the PC, and would replace those of the board.
         .env_remove("RUSTFLAGS")
@@ -113,8 +116,8 @@ fn build_with(
     }
 }
 
-/// The options that put the programs into a folder of their own. What several folders need is built once.
-fn into_folder(name: &str) -> [OsString; 4] {
+/// The options that put the programs into a folder of the target directory. What several folders need is built once.
+fn into_folder(name: &Path) -> [OsString; 4] {
     let shared = std::env::var_os("CARGO_TARGET_DIR").map(PathBuf::from);
     let shared = shared.unwrap_or_else(|| workspace().join("target"));
     [
