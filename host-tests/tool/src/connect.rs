@@ -166,7 +166,11 @@ fn listened(
     wanted: &Wanted,
     terminal: &mut Terminal,
 ) -> Result<(Vec<Option<BitRate>>, Option<Traffic>), Failure> {
-    if wanted.rate.is_some() || !link.adapter().capabilities().needs_rate {
+    let needs_rate = link.adapter().capabilities().needs_rate;
+    if wanted.is_remembered && needs_rate {
+        return heard_again(link, wanted, terminal);
+    }
+    if wanted.rate.is_some() || !needs_rate {
         let may_be_owned = wanted.listens && slave(wanted).is_some();
         let heard = match wanted.target {
             Some(_) if !may_be_owned => None,
@@ -182,6 +186,21 @@ fn listened(
         return Err(Failure::usage("no-rate", message));
     }
     Ok((RATES.iter().copied().map(Some).collect(), None))
+}
+
+/// The same with the bit rate of the last command. A request at a wrong bit rate destroys frames, so it is only used if there is traffic at this
+/// bit rate, or none at all.
+fn heard_again(
+    link: &mut Link,
+    wanted: &Wanted,
+    terminal: &mut Terminal,
+) -> Result<(Vec<Option<BitRate>>, Option<Traffic>), Failure> {
+    let heard = match listen::once(link, wanted.rate, terminal)? {
+        None => remembered(link, &wanted.memory, terminal)?,
+        heard => heard,
+    };
+    let rate = heard.as_ref().map_or(wanted.rate, |heard| heard.rate);
+    Ok((vec![rate], heard))
 }
 
 /// What is heard at the rate of the traffic; the tool only listens, for 12 s and the time to open the adapter at most.

@@ -149,6 +149,7 @@ pub fn run_with(cli: &Cli, terminal: &mut Terminal, connect: Connect) -> Result<
         unread: Unread::default(),
         place: None,
         is_found: false,
+        is_rate_given: options.rate.is_some(),
     };
     let mut result = on_bus(cli, &mut bus, terminal);
     // Another sensor can be at the adapter now.
@@ -301,7 +302,7 @@ fn raw(bus: &mut Bus, request: &str, terminal: &mut Terminal) -> Result<(), Fail
     let wanted = bus.wanted(terminal)?;
     let adapter = bus.adapter()?;
     let (mut link, target) = match (wanted.target, wanted.rate) {
-        (Some(target), Some(rate)) => {
+        (Some(target), Some(rate)) if !wanted.is_remembered => {
             let mut link = Link::new(adapter, &terminal.stopped);
             link.open(Some(rate), Mode::Active)?;
             (link, target)
@@ -329,6 +330,8 @@ struct Bus<'a> {
     place: Option<Place>,
     /// A sensor has answered, or a request was sent to it.
     is_found: bool,
+    /// The bit rate of the options is not that of the last command.
+    is_rate_given: bool,
 }
 
 impl Bus<'_> {
@@ -358,6 +361,7 @@ impl Bus<'_> {
         };
         Ok(Wanted {
             rate: options.rate,
+            is_remembered: options.rate.is_some() && !self.is_rate_given,
             target: connect::target(
                 options.id.as_deref(),
                 options.node,

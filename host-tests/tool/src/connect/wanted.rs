@@ -16,6 +16,8 @@ use plumbline::model::catalog::Product;
 pub struct Wanted {
     /// The bit rate of the options; None: the tool finds it.
     pub rate: Option<BitRate>,
+    /// The bit rate is that of the last command. Another bus can be at the adapter now, so the tool listens first.
+    pub is_remembered: bool,
     /// The address of the options; None: the only sensor on the bus.
     pub target: Option<Target>,
     /// The product of the options, which the tool need not find out.

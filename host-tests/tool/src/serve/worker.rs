@@ -336,6 +336,7 @@ impl Worker {
         let bus = connect::Wanted {
             listens: false,
             rate: options.rate,
+            is_remembered: false,
             target: connect::target(
                 options.id.as_deref(),
                 options.node,

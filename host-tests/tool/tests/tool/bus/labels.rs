@@ -2,6 +2,8 @@
 
 use super::files::file;
 use super::rig::{PRODUCTS, Rig};
+use super::talking::cyclic;
+use plumbline::can::BitRate;
 use serde_json::{Value, json};
 use std::path::PathBuf;
 
@@ -140,4 +142,23 @@ fn place_of_the_last_command_is_used_and_another_sensor_is_searched() {
     let ended = other.tool("get node-id");
     assert!(ended.notes.contains("--node 10"), "{ended:?}");
     std::fs::remove_dir_all(folder).unwrap();
+}
+
+#[test]
+fn bit_rate_of_the_last_command_disturbs_no_bus_with_another_one() {
+    for command in ["get cyclic-time", "raw 17"] {
+        let config = folder("rate");
+        std::fs::create_dir_all(&config).unwrap();
+        let mut rig = Rig::with("is2");
+        rig.config = Some(config.clone());
+        rig.done("--rate 250 --id 300 get");
+        let mut rig = cyclic("is2", BitRate::K500, "");
+        (rig.config, rig.rate) = (Some(config), None);
+        let ended = rig.tool(command);
+        let note = "as in the last command: --rate 250 --id 300";
+        assert!(ended.code == 0 && ended.notes.contains(note), "{ended:?}");
+        let id = rig.first();
+        let errors = rig.bus.borrow().device(id).error_counters();
+        assert_eq!(errors, Some((0, 0)), "{command}");
+    }
 }

@@ -34,7 +34,7 @@ fn rows(ended: &Ended) -> Vec<Value> {
 }
 
 /// A sensor in cyclic mode with 1 s at this rate, and another node that acknowledges.
-fn cyclic(product: &str, rate: BitRate, settings: &str) -> Rig {
+pub fn cyclic(product: &str, rate: BitRate, settings: &str) -> Rig {
     let mut rig = silent(product, rate);
     let rate_text = kbits(rate);
     rig.done(&format!(
