@@ -30,6 +30,8 @@
 #![doc = include_str!("../../../examples/driver_one_thread.rs")]
 #![doc = "```"]
 //!
+//! The example `driver_mcp2515` is a driver for a controller on SPI, with its registers.
+//!
 //! # With two priorities
 //!
 //! The readings take long, and a frame must not wait for their calculation. So the interrupts of the CAN controller use the
