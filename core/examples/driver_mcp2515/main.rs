@@ -193,7 +193,9 @@ impl<S: SpiDevice> Controller for Mcp2515<S> {
 fn timing(rate: BitRate) -> [u8; 3] {
     // A time quantum has twice as many clocks of the crystal as the prescaler says.
     let clocks = 8_000_000 / rate.bits_per_second();
-    let quanta = [16, 10, 8].into_iter().find(|it| clocks.is_multiple_of(*it));
+    let quanta = [16, 10, 8]
+        .into_iter()
+        .find(|it| clocks.is_multiple_of(*it));
     let quanta = quanta.expect("all bit rates have one");
     let second = quanta / 4;
     let first = (quanta - second) / 2;
