@@ -27,7 +27,7 @@ fn save_time(times: Times) -> u64 {
 const RECORD: usize = 40;
 
 /// Saves until a save has erased a page; returns the number of saves.
-fn save_until_erased(rig: &mut Rig) -> u32 {
+pub fn save_until_erased(rig: &mut Rig) -> u32 {
     let before = rig.flash().erased();
     let mut saves = 0;
     while rig.flash().erased() == before {

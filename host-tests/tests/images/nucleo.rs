@@ -74,6 +74,7 @@ also! {
         supply_is_measured_within_13_mv;
     supply:
         save_at_a_low_supply_is_refused_and_changes_nothing,
+        save_that_must_erase_at_a_low_supply_erases_nothing,
         save_ends_before_the_supply_is_too_low,
         sensor_starts_when_the_supply_is_high_enough_to_erase;
     tiltix_network:

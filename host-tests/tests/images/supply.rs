@@ -1,6 +1,7 @@
 //! Dips of the supply: the flash is not programmed or erased below the level of the detector, and the parameters stay valid. The
 //! flash needs 2.0 V on the Blue Pill (DS5319), and 2.7 V for words on the Nucleo (DS10693).
 
+use crate::memory::save_until_erased;
 use crate::rig::*;
 use bench::BusRate;
 use plumbline::can::BitRate;
@@ -43,6 +44,26 @@ pub fn save_at_a_low_supply_is_refused_and_changes_nothing() {
     rig.power_cycle();
     rig.boot_up();
     assert_eq!(rig.read_time(), 777);
+}
+
+#[test]
+pub fn save_that_must_erase_at_a_low_supply_erases_nothing() {
+    let mut rig = Rig::booted("is2", RATE);
+    rig.io().0.pwr.set_part(Part::Lowest);
+    save_until_erased(&mut rig);
+    for _ in 1..save_until_erased(&mut rig) {
+        rig.save();
+    }
+    supply(&mut rig, low(), 0);
+    let before = rig.flash().bytes().to_vec();
+    let errors = status::CMD_PARAM_ERROR | status::EEPROM_ERROR;
+    assert_eq!(rig.request(&fsc::SAVE), [fsc::SAVE[0], errors]);
+    assert_eq!(rig.flash().bytes(), before);
+    supply(&mut rig, 3300, 0);
+    rig.request(&[fsc::STATUS]);
+    let erased = rig.flash().erased();
+    rig.save();
+    assert!(rig.flash().erased() > erased, "this save erases a page");
 }
 
 /// The supply falls from 3.3 V to 0 V in 6 ms: from the level of the detector to the limit of the flash in 1.2 ms on the Blue Pill.
