@@ -22,7 +22,7 @@ pub use bench::file::{Unread, read as read_file, read_text};
 pub use file::write_file;
 
 use crate::eds::shown;
-use crate::failure::Failure;
+use crate::error::Error;
 use crate::identify::{Found, product};
 use crate::number::Scale;
 use crate::session::Target;
@@ -81,7 +81,7 @@ impl Backup {
     ///
     /// # Errors
     /// The file cannot be read, is no backup, or has a name or value that the product does not have.
-    pub fn read(path: &Path) -> Result<Self, Failure> {
+    pub fn read(path: &Path) -> Result<Self, Error> {
         Self::read_with(path, None)
     }
 
@@ -89,10 +89,10 @@ impl Backup {
     ///
     /// # Errors
     /// See [`read`](Self::read).
-    pub fn read_with(path: &Path, foreign: Option<&Sheet>) -> Result<Self, Failure> {
+    pub fn read_with(path: &Path, foreign: Option<&Sheet>) -> Result<Self, Error> {
         let shown = path.display();
         let text = read_text(path).map_err(|unread| match unread {
-            Unread::Failed(error) => Failure::bus(
+            Unread::Failed(error) => Error::bus(
                 "no-file",
                 format!("cannot read {shown} ({error}): `plumbline backup` writes such a file"),
             ),
@@ -177,12 +177,12 @@ impl Backup {
     pub fn change<'a>(
         &mut self,
         values: impl IntoIterator<Item = (&'a str, &'a str)>,
-    ) -> Result<(), Failure> {
+    ) -> Result<(), Error> {
         for (name, text) in values {
             self.set(name, text)?;
         }
         let permitted = self.constrain();
-        permitted.map_err(|why| Failure::usage("out-of-range", why))
+        permitted.map_err(|why| Error::usage("out-of-range", why))
     }
 
     /// Checks the values against each other.
@@ -316,7 +316,7 @@ impl Backup {
     ///
     /// # Errors
     /// The file cannot be written.
-    pub fn write(&self, path: &Path) -> Result<(), Failure> {
+    pub fn write(&self, path: &Path) -> Result<(), Error> {
         write_file(path, &self.text())
     }
 }
@@ -328,8 +328,8 @@ pub fn product_in(text: &str) -> Option<String> {
     Some(name.to_owned())
 }
 
-fn bad(path: &Path, why: &str) -> Failure {
-    Failure::usage(
+fn bad(path: &Path, why: &str) -> Error {
+    Error::usage(
         "bad-file",
         format!(
             "{} is not valid: {why}; nothing was written",

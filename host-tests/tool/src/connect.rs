@@ -13,7 +13,7 @@ use crate::client::devicenet::Slave;
 use crate::client::fsc::Sensor;
 use crate::client::j1939;
 use crate::eds;
-use crate::failure::Failure;
+use crate::error::Error;
 use crate::identify::{self, Found, speaks};
 use crate::output::Terminal;
 use crate::question::Question;
@@ -58,7 +58,7 @@ pub fn find(
     adapter: Box<dyn Adapter>,
     wanted: &Wanted,
     terminal: &mut Terminal,
-) -> Result<(Link, Found), Failure> {
+) -> Result<(Link, Found), Error> {
     let mut link = Link::new(adapter, &terminal.stopped);
     let (rates, heard) = listened(&mut link, wanted, terminal)?;
     let frames = heard.as_ref().map_or(&[][..], |heard| &heard.frames);
@@ -109,11 +109,11 @@ pub fn find(
         let may = heard.is_none() || (is_known && is_of_bus);
         if targets.is_empty() && delivered.is_empty() {
             let message = "no request was sent, because other devices use the identifiers of the sensor as delivered: give its address with --id, --node, --mac or --address";
-            return Err(Failure::usage("no-address", message));
+            return Err(Error::usage("no-address", message));
         }
         if !delivered.is_empty() && !may && !terminal.ask(&Question::Delivered)? {
             let message = "there is traffic, but no sensor was recognised: give its address with --id, --node, --mac or --address, or try `plumbline scan`";
-            return Err(Failure::usage("no-address", message));
+            return Err(Error::usage("no-address", message));
         }
         found.extend(asked(&mut link, &rates, &delivered, false, wanted)?);
         let is_j1939 = wanted
@@ -130,7 +130,7 @@ pub fn find(
     match &found[..] {
         [Found { twins, .. }] if !twins.is_empty() => {
             let message = found[0].twins().unwrap_or_default();
-            Err(Failure::usage("several-sensors", message))
+            Err(Error::usage("several-sensors", message))
         }
         [only] => {
             let only = only.clone();
@@ -147,7 +147,7 @@ pub fn find(
                 "several sensors answer: {}. Choose one with --id, --node, --mac or --address",
                 lines.join("; ")
             );
-            Err(Failure::usage("several-sensors", message))
+            Err(Error::usage("several-sensors", message))
         }
     }
 }
@@ -165,7 +165,7 @@ fn listened(
     link: &mut Link,
     wanted: &Wanted,
     terminal: &mut Terminal,
-) -> Result<(Vec<Option<BitRate>>, Option<Traffic>), Failure> {
+) -> Result<(Vec<Option<BitRate>>, Option<Traffic>), Error> {
     let needs_rate = link.adapter().capabilities().needs_rate;
     if wanted.is_remembered && needs_rate {
         return heard_again(link, wanted, terminal);
@@ -183,7 +183,7 @@ fn listened(
     }
     if !terminal.ask(&Question::AllRates)? {
         let message = "there is no traffic, so the bit rate is unknown: give it with --rate, or --yes asks at all bit rates";
-        return Err(Failure::usage("no-rate", message));
+        return Err(Error::usage("no-rate", message));
     }
     Ok((RATES.iter().copied().map(Some).collect(), None))
 }
@@ -194,7 +194,7 @@ fn heard_again(
     link: &mut Link,
     wanted: &Wanted,
     terminal: &mut Terminal,
-) -> Result<(Vec<Option<BitRate>>, Option<Traffic>), Failure> {
+) -> Result<(Vec<Option<BitRate>>, Option<Traffic>), Error> {
     let heard = match listen::once(link, wanted.rate, terminal)? {
         None => remembered(link, &wanted.memory, terminal)?,
         heard => heard,
@@ -207,7 +207,7 @@ fn heard_again(
 ///
 /// # Errors
 /// The adapter has no listen-only mode, or has failed.
-pub fn traffic(link: &mut Link, terminal: &mut Terminal) -> Result<Option<Traffic>, Failure> {
+pub fn traffic(link: &mut Link, terminal: &mut Terminal) -> Result<Option<Traffic>, Error> {
     remembered(link, &Memory::default(), terminal)
 }
 
@@ -216,12 +216,12 @@ fn remembered(
     link: &mut Link,
     memory: &Memory,
     terminal: &mut Terminal,
-) -> Result<Option<Traffic>, Failure> {
+) -> Result<Option<Traffic>, Error> {
     let schedule = Schedule::of(&RATES.map(Some), false);
     match memory.listen(link, &schedule, terminal) {
         Err(failure) if failure.code == "no-listen-only" => {
             let message = "the adapter has no listen-only mode: give the bit rate with --rate";
-            Err(Failure::bus("no-listen-only", message))
+            Err(Error::bus("no-listen-only", message))
         }
         heard => heard,
     }
@@ -235,7 +235,7 @@ fn asked(
     targets: &[Target],
     is_expected: bool,
     wanted: &Wanted,
-) -> Result<Vec<Found>, Failure> {
+) -> Result<Vec<Found>, Error> {
     let latency = match is_expected {
         true => identify::PATIENT,
         false => identify::QUICK,
@@ -281,7 +281,7 @@ fn claimed(
     link: &mut Link,
     rates: &[Option<BitRate>],
     wanted: &Wanted,
-) -> Result<Vec<Found>, Failure> {
+) -> Result<Vec<Found>, Error> {
     let mut found = Vec::new();
     for rate in rates {
         if !link.try_rate(*rate, rates)? {
@@ -312,14 +312,14 @@ fn add(found: &mut Vec<Found>, answer: Option<Found>, wanted: &Wanted) {
 }
 
 /// Another sensor answers.
-pub(crate) fn other(what: &str) -> Failure {
+pub(crate) fn other(what: &str) -> Error {
     let message = format!(
         "another sensor answers now ({what}): nothing was done. Check the sensor, and start the command again"
     );
-    Failure::refused(OTHER, message)
+    Error::refused(OTHER, message)
 }
 
-pub(crate) fn silent(targets: &[Target], rates: &[Option<BitRate>]) -> Failure {
+pub(crate) fn silent(targets: &[Target], rates: &[Option<BitRate>]) -> Error {
     let addresses: Vec<String> = targets.iter().map(Target::named).collect();
     let rates = match rates[..] {
         [Some(rate)] => format!(" at {}", rate.name()),
@@ -333,7 +333,7 @@ pub(crate) fn silent(targets: &[Target], rates: &[Option<BitRate>]) -> Failure {
     let message = format!(
         "nobody answers{at}{rates}: check power and wiring, or find the sensor with `plumbline scan`"
     );
-    Failure::silent("no-answer", message)
+    Error::silent("no-answer", message)
 }
 
 /// Whether a sensor is the one of the user. A boot-up message can come from another sensor.
@@ -370,7 +370,7 @@ pub fn session(
     adapter: Box<dyn Adapter>,
     wanted: &Wanted,
     terminal: &mut Terminal,
-) -> Result<(Session, Found), Failure> {
+) -> Result<(Session, Found), Error> {
     let (mut link, found) = find(adapter, wanted, terminal)?;
     let product = match product::decide(&found, wanted, terminal) {
         Err(failure) => {

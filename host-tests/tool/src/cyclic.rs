@@ -14,7 +14,7 @@ mod j1939;
 
 use crate::client::Link;
 use crate::client::fsc::{self, Sensor};
-use crate::failure::Failure;
+use crate::error::Error;
 use crate::identify::j1939_of;
 use crate::output::Terminal;
 use crate::question::Question;
@@ -84,7 +84,7 @@ impl Cyclic {
         sampler: &mut Sampler,
         every: u32,
         terminal: &mut Terminal,
-    ) -> Result<Self, Failure> {
+    ) -> Result<Self, Error> {
         let period = Some(millis(every));
         let (kind, every, settings) = match (session.target, &session.sheet.product.protocol) {
             (Target::Fsc(sensor), Protocol::Fsc(tables)) => {
@@ -112,7 +112,7 @@ impl Cyclic {
             }
             _ => {
                 let message = "the product does not fit the protocol of the sensor";
-                return Err(Failure::usage("wrong-product", message));
+                return Err(Error::usage("wrong-product", message));
             }
         };
         let (wanted, before) = present(session, settings)?;
@@ -122,7 +122,7 @@ impl Cyclic {
             let message = format!(
                 "nothing has changed: --every {own} keeps the period, --yes=cyclic answers the question"
             );
-            return Err(Failure::usage("not-confirmed", message));
+            return Err(Error::usage("not-confirmed", message));
         }
         let mut cyclic = Self {
             kind,
@@ -146,7 +146,7 @@ impl Cyclic {
     ///
     /// # Errors
     /// The sensor refuses, nobody answers, or the adapter fails.
-    pub fn stop(&mut self, session: &mut Session) -> Result<(), Failure> {
+    pub fn stop(&mut self, session: &mut Session) -> Result<(), Error> {
         let was_ending = session.link.set_ending(true);
         let mut written = match &mut self.kind {
             Kind::Canopen(pdo) => pdo.stop(session),
@@ -177,7 +177,7 @@ impl Cyclic {
         session: &mut Session,
         sampler: &mut Sampler,
         until: Instant,
-    ) -> Result<Option<Sample>, Failure> {
+    ) -> Result<Option<Sample>, Error> {
         let now = session.link.now();
         let until = until.min(after(now, SLICE));
         let time = Duration::from_ticks(until.ticks().saturating_sub(now.ticks()));
@@ -214,7 +214,7 @@ impl Cyclic {
         };
     }
 
-    fn silence(&self, now: Instant) -> Result<Option<Sample>, Failure> {
+    fn silence(&self, now: Instant) -> Result<Option<Sample>, Error> {
         let (periods, time) = LATE;
         let every = self.every.map_or(0, |every| every.ticks());
         let longest = periods * every + time.ticks();
@@ -223,7 +223,7 @@ impl Cyclic {
             return Ok(None);
         }
         let message = "the sensor does not send its angles any more: check power and wiring. If it was switched off during the command, start the command again";
-        Err(Failure::silent("no-answer", message))
+        Err(Error::silent("no-answer", message))
     }
 }
 
@@ -238,12 +238,12 @@ const NOT_PUT_BACK: &str = "the settings of the sensor for --cyclic could not be
 fn present(
     session: &mut Session,
     settings: Vec<(ParameterId, u32)>,
-) -> Result<(Vec<(Entry, u32)>, Vec<(Entry, u32)>), Failure> {
+) -> Result<(Vec<(Entry, u32)>, Vec<(Entry, u32)>), Error> {
     let (mut wanted, mut before) = (Vec::new(), Vec::new());
     for (id, raw) in settings {
         let entry = session.entry(id)?;
         let permitted = entry.check(raw, &entry.scale);
-        permitted.map_err(|why| Failure::usage("out-of-range", why))?;
+        permitted.map_err(|why| Error::usage("out-of-range", why))?;
         let present = session.read(&entry)?;
         before.push((entry.clone(), present));
         wanted.push((entry, raw));
@@ -257,7 +257,7 @@ fn cyclic_mode(
     sampler: &Sampler,
     sensor: Sensor,
     time: Duration,
-) -> Result<Option<Message>, Failure> {
+) -> Result<Option<Message>, Error> {
     let size = sampler.size();
     let code = sampler.code();
     let judge = |frame: &Frame| fsc::reply(frame, sensor, code?);
@@ -316,7 +316,7 @@ impl Layout {
         layouts: &[Self],
         link: &mut Link,
         time: Duration,
-    ) -> Result<Option<(Instant, Vec<i64>)>, Failure> {
+    ) -> Result<Option<(Instant, Vec<i64>)>, Error> {
         link.wait_for_at(time, |frame| {
             layouts.iter().find_map(|layout| layout.decode(frame))
         })
@@ -324,7 +324,7 @@ impl Layout {
 
     /// The period of the messages with the first layout; None: they are too few or not regular. A message with another layout is one that
     /// can be sent on a change, so there is no period then.
-    fn period(layouts: &[Self], link: &mut Link) -> Result<Option<Duration>, Failure> {
+    fn period(layouts: &[Self], link: &mut Link) -> Result<Option<Duration>, Error> {
         let (time, sufficient) = LISTENS;
         let until = after(link.now(), time);
         let mut times = Vec::new();

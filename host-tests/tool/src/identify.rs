@@ -5,7 +5,7 @@ use crate::client::devicenet::{Path, Response, Slave};
 use crate::client::fsc::{self, Sensor};
 use crate::client::sdo::{Answer, Server};
 use crate::connect;
-use crate::failure::{Failure, Kind};
+use crate::error::{Error, Kind};
 use crate::known::meant;
 use crate::session::{Session, Target};
 use plumbline::can::{BitRate, Frame};
@@ -80,7 +80,7 @@ pub fn speaks(product: &Product, protocol: &str) -> bool {
 ///
 /// # Errors
 /// There is none.
-pub fn product(name: &str) -> Result<&'static Product, Failure> {
+pub fn product(name: &str) -> Result<&'static Product, Error> {
     find(&name.to_lowercase()).ok_or_else(|| {
         let names: Vec<&str> = PRODUCTS.iter().map(|product| product.name).collect();
         let message = format!(
@@ -88,7 +88,7 @@ pub fn product(name: &str) -> Result<&'static Product, Failure> {
             names.join(", "),
             meant(name, names.iter().copied())
         );
-        Failure::usage("unknown-product", message)
+        Error::usage("unknown-product", message)
     })
 }
 
@@ -97,7 +97,7 @@ pub fn product(name: &str) -> Result<&'static Product, Failure> {
 ///
 /// # Errors
 /// The adapter fails.
-pub fn ask(link: &mut Link, target: Target, latency: Duration) -> Result<Option<Found>, Failure> {
+pub fn ask(link: &mut Link, target: Target, latency: Duration) -> Result<Option<Found>, Error> {
     let time = question(link, latency);
     match target {
         Target::Fsc(sensor) => ask_fsc(link, sensor, time),
@@ -111,7 +111,7 @@ pub fn ask(link: &mut Link, target: Target, latency: Duration) -> Result<Option<
 ///
 /// # Errors
 /// Another sensor answers, nobody answers, or the adapter fails.
-pub fn same(session: &mut Session, found: &Found) -> Result<(), Failure> {
+pub fn same(session: &mut Session, found: &Found) -> Result<(), Error> {
     let own = found.identity().serial();
     if let (Target::Devicenet(slave), Some(_)) = (session.target, session.expected) {
         return session.freshen(slave);
@@ -130,7 +130,7 @@ pub fn same(session: &mut Session, found: &Found) -> Result<(), Failure> {
 ///
 /// # Errors
 /// See [`same`].
-pub fn is_same(session: &mut Session, found: &Found) -> Result<(), Failure> {
+pub fn is_same(session: &mut Session, found: &Found) -> Result<(), Error> {
     session.release()?;
     let rate = session.link.rate();
     match ask(&mut session.link, session.target, PATIENT)? {
@@ -142,7 +142,7 @@ pub fn is_same(session: &mut Session, found: &Found) -> Result<(), Failure> {
     }
 }
 
-fn ask_fsc(link: &mut Link, sensor: Sensor, time: Duration) -> Result<Option<Found>, Failure> {
+fn ask_fsc(link: &mut Link, sensor: Sensor, time: Duration) -> Result<Option<Found>, Error> {
     const PRODUCT: u8 = 0x03;
     let request = Frame::of(sensor.request, [PRODUCT, 0, 0, 0, 0, 0, 0, 0], 1);
     // Another device can send a shorter frame that looks like a reply.
@@ -200,7 +200,7 @@ fn ask_fsc(link: &mut Link, sensor: Sensor, time: Duration) -> Result<Option<Fou
 
 /// The different serial numbers, with the software versions, that come from the Reply-Parameter-ID of a sensor: first its own one. Another
 /// sensor with the same identifiers has another number, and its reply comes directly behind.
-fn serials(link: &mut Link, sensor: Sensor) -> Result<Vec<(u32, u16)>, Failure> {
+fn serials(link: &mut Link, sensor: Sensor) -> Result<Vec<(u32, u16)>, Error> {
     const SERIAL: u8 = 0x04;
     let told = |data: &[u8]| match data.len() {
         6 => Some((number(&data[..4]), number(&data[4..]) as u16)),
@@ -225,7 +225,7 @@ fn serials(link: &mut Link, sensor: Sensor) -> Result<Vec<(u32, u16)>, Failure> 
 
 /// The serial numbers that come again when the sensor is asked again. The other numbers are data of another device. Two replies can destroy
 /// each other, so the sensor is asked several times.
-fn confirmed(link: &mut Link, sensor: Sensor, others: &[(u32, u16)]) -> Result<Vec<u32>, Failure> {
+fn confirmed(link: &mut Link, sensor: Sensor, others: &[(u32, u16)]) -> Result<Vec<u32>, Error> {
     let mut twins: Vec<u32> = Vec::new();
     for _ in 0..TRIES {
         for (serial, _) in serials(link, sensor)? {
@@ -242,7 +242,7 @@ fn confirmed(link: &mut Link, sensor: Sensor, others: &[(u32, u16)]) -> Result<V
 }
 
 /// Asks a sensor that has answered, with repetitions.
-fn again(link: &mut Link, sensor: Sensor, code: u8) -> Result<Option<fsc::Reply>, Failure> {
+fn again(link: &mut Link, sensor: Sensor, code: u8) -> Result<Option<fsc::Reply>, Error> {
     for _ in 0..TRIES {
         let reply = fsc::ask(link, sensor, code, &[], fsc::ANSWER)?;
         if reply.is_some() {
@@ -263,7 +263,7 @@ fn is_of_generation(own: Version, version: Option<u16>) -> bool {
     }
 }
 
-fn ask_canopen(link: &mut Link, node: u8, time: Duration) -> Result<Option<Found>, Failure> {
+fn ask_canopen(link: &mut Link, node: u8, time: Duration) -> Result<Option<Found>, Error> {
     const IDENTITY: u16 = 0x1018;
     const VERSION: u16 = 0x100A;
     let question = Server {
@@ -281,7 +281,7 @@ fn ask_canopen(link: &mut Link, node: u8, time: Duration) -> Result<Option<Found
                 break;
             }
         }
-        Ok::<_, Failure>(answer)
+        Ok::<_, Error>(answer)
     };
     let mut identity = [None; 5];
     for sub in [1, 2, 4] {
@@ -349,7 +349,7 @@ pub fn owned(slave: Slave) -> Found {
     }
 }
 
-fn ask_devicenet(link: &mut Link, slave: Slave, time: Duration) -> Result<Option<Found>, Failure> {
+fn ask_devicenet(link: &mut Link, slave: Slave, time: Duration) -> Result<Option<Found>, Error> {
     let identity = Path {
         class: 1,
         instance: 1,
@@ -360,7 +360,7 @@ fn ask_devicenet(link: &mut Link, slave: Slave, time: Duration) -> Result<Option
         Err(failure) if failure.code == "owned" => return Ok(Some(owned(slave))),
         Err(failure) => return Err(failure),
     }
-    let mut attribute = |number: u8| -> Result<Option<Vec<u8>>, Failure> {
+    let mut attribute = |number: u8| -> Result<Option<Vec<u8>>, Error> {
         for _ in 0..TRIES {
             match slave.get(link, identity, number)? {
                 Response::Done(data) => return Ok(Some(data)),

@@ -6,7 +6,7 @@
 //! ```
 
 use crate::backup::{Unread, read_text, write_file};
-use crate::failure::Failure;
+use crate::error::Error;
 use crate::identify::Found;
 use etcetera::{BaseStrategy, choose_base_strategy};
 use std::path::{Path, PathBuf};
@@ -47,14 +47,14 @@ impl Labels {
     ///
     /// # Errors
     /// The file cannot be read, or is not one of names.
-    pub fn open(folder: Option<&Path>) -> Result<Self, Failure> {
+    pub fn open(folder: Option<&Path>) -> Result<Self, Error> {
         let Some(path) = self::folder(folder) else {
             return Ok(Self::default());
         };
         let path = path.join(FILE);
         let bad = |why: String| {
             let shown = path.display();
-            Failure::bus(
+            Error::bus(
                 "no-file",
                 format!("cannot read the names in {shown} ({why}): repair or delete it"),
             )
@@ -85,10 +85,10 @@ impl Labels {
     ///
     /// # Errors
     /// The name is empty or too long, the sensor has no serial number, or the file cannot be written.
-    pub fn set(&mut self, found: &Found, name: Option<&str>) -> Result<(), Failure> {
+    pub fn set(&mut self, found: &Found, name: Option<&str>) -> Result<(), Error> {
         let Some((maker, serial)) = key(found) else {
             let message = "the sensor does not report a serial number, so it cannot have a name on this computer";
-            return Err(Failure::usage("no-serial", message));
+            return Err(Error::usage("no-serial", message));
         };
         let name = name.map(checked).transpose()?;
         let names = self
@@ -98,7 +98,7 @@ impl Labels {
         let Value::Table(names) = names else {
             let message =
                 format!("the file of the names has no table {maker}: repair or delete it");
-            return Err(Failure::bus("no-file", message));
+            return Err(Error::bus("no-file", message));
         };
         match name {
             Some(name) => names.insert(serial, Value::String(name)),
@@ -107,7 +107,7 @@ impl Labels {
         let Some(path) = &self.path else {
             let message =
                 "this computer has no folder for settings of the user: give one with --config";
-            return Err(Failure::bus("no-file", message));
+            return Err(Error::bus("no-file", message));
         };
         if let Some(folder) = path.parent() {
             std::fs::create_dir_all(folder).map_err(|error| {
@@ -115,7 +115,7 @@ impl Labels {
                     "cannot create the folder {} ({error}): choose another one with --config",
                     folder.display()
                 );
-                Failure::bus("no-file", message)
+                Error::bus("no-file", message)
             })?;
         }
         write_file(path, &format!("{HEADING}{}", self.makers))
@@ -135,7 +135,7 @@ fn key(found: &Found) -> Option<(String, String)> {
 }
 
 /// A name that can be shown in one line.
-fn checked(name: &str) -> Result<String, Failure> {
+fn checked(name: &str) -> Result<String, Error> {
     let name = name.trim();
     let is_shown = name.chars().all(|letter| !letter.is_control());
     if name.is_empty() || name.chars().count() > LONGEST || !is_shown {
@@ -143,7 +143,7 @@ fn checked(name: &str) -> Result<String, Failure> {
         let message = format!(
             "the name {start:?} is not permitted: choose one of 1 to {LONGEST} characters on one line"
         );
-        return Err(Failure::usage("bad-value", message));
+        return Err(Error::usage("bad-value", message));
     }
     Ok(name.to_owned())
 }

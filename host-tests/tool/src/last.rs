@@ -11,7 +11,7 @@
 
 use crate::backup::{read_text, write_file};
 use crate::cli::Options;
-use crate::failure::{Failure, Kind};
+use crate::error::{Error, Kind};
 use crate::labels::folder;
 use crate::output::Terminal;
 use crate::scan::kbits;
@@ -153,9 +153,9 @@ impl Last {
 }
 
 /// The failure of a sensor that does not answer where the last one was.
-pub fn explain(failure: Failure) -> Failure {
+pub fn explain(failure: Error) -> Error {
     match failure.kind {
-        Kind::Silent => Failure {
+        Kind::Silent => Error {
             message: format!(
                 "{}. Bit rate and address can be those of the last command: give them, or find the sensor with `plumbline scan`",
                 failure.message

@@ -29,7 +29,7 @@ pub mod command;
 pub mod connect;
 pub mod cyclic;
 pub mod eds;
-pub mod failure;
+pub mod error;
 pub mod identify;
 pub mod known;
 pub mod labels;

@@ -4,7 +4,7 @@ use clap::FromArgMatches;
 use plumbline_tool::bar::TerminalBar;
 use plumbline_tool::cli::{self, Cli};
 use plumbline_tool::command::run;
-use plumbline_tool::failure::Failure;
+use plumbline_tool::error::Error;
 use plumbline_tool::output::{CLOSED, Terminal};
 use plumbline_tool::question::Question;
 use std::io::{ErrorKind, IsTerminal, Write, stderr, stdin, stdout};
@@ -77,7 +77,7 @@ fn usage(error: &clap::Error) -> ExitCode {
         // The name that the user has probably meant.
         let tip = lines.find_map(|line| line.strip_prefix("tip: "));
         let tip = tip.map_or(String::new(), |tip| format!("; {tip}"));
-        let failure = Failure::usage("bad-usage", first + &tip);
+        let failure = Error::usage("bad-usage", first + &tip);
         print(&mut stdout(), &failure.json().to_string());
         return ExitCode::from(failure.kind.exit_code());
     }

@@ -8,7 +8,7 @@ mod scale;
 pub use scale::Scale;
 
 use crate::client::fsc::shown;
-use crate::failure::Failure;
+use crate::error::Error;
 use crate::sheet::{Entry, Form};
 use plumbline::can::CanId;
 use plumbline::param::{DataType, Meaning, Permitted};
@@ -61,7 +61,7 @@ impl From<Wrong> for String {
     }
 }
 
-impl From<Wrong> for Failure {
+impl From<Wrong> for Error {
     fn from(wrong: Wrong) -> Self {
         Self::usage(wrong.code, wrong.why)
     }

@@ -1,7 +1,7 @@
 //! What a command prints, and what it asks.
 
 use crate::client::stopped;
-use crate::failure::Failure;
+use crate::error::Error;
 use crate::ops::Report;
 use crate::question::{Name, Question};
 use serde_json::Value;
@@ -54,7 +54,7 @@ impl Terminal<'_> {
     ///
     /// # Errors
     /// The user has pressed Ctrl-C instead of an answer.
-    pub fn ask(&mut self, question: &Question) -> Result<bool, Failure> {
+    pub fn ask(&mut self, question: &Question) -> Result<bool, Error> {
         if question.name().is_some_and(|name| name.is_in(self.yes)) {
             return Ok(true);
         }
@@ -70,7 +70,7 @@ impl Terminal<'_> {
     ///
     /// # Errors
     /// The output is closed.
-    pub fn line(&mut self, text: impl AsRef<str>) -> Result<(), Failure> {
+    pub fn line(&mut self, text: impl AsRef<str>) -> Result<(), Error> {
         if self.json {
             return Ok(());
         }
@@ -105,7 +105,7 @@ impl Terminal<'_> {
     ///
     /// # Errors
     /// The output is closed.
-    pub fn document(&mut self, document: &Value) -> Result<(), Failure> {
+    pub fn document(&mut self, document: &Value) -> Result<(), Error> {
         if !self.json {
             return Ok(());
         }
@@ -116,7 +116,7 @@ impl Terminal<'_> {
     ///
     /// # Errors
     /// The output is closed.
-    pub fn report(&mut self, report: &Report) -> Result<(), Failure> {
+    pub fn report(&mut self, report: &Report) -> Result<(), Error> {
         if self.json {
             let document = serde_json::to_value(report);
             return self.document(&document.unwrap_or_default());
@@ -135,10 +135,10 @@ impl Terminal<'_> {
 pub const CLOSED: &str = "output-closed";
 
 /// The failure of an output that cannot be written.
-pub(crate) fn closed(error: std::io::Error) -> Failure {
+pub(crate) fn closed(error: std::io::Error) -> Error {
     let code = match error.kind() {
         ErrorKind::BrokenPipe => CLOSED,
         _ => "no-output",
     };
-    Failure::bus(code, format!("cannot write the output: {error}"))
+    Error::bus(code, format!("cannot write the output: {error}"))
 }

@@ -11,7 +11,7 @@
 mod cob_ids;
 
 use crate::client::nmt::{self, State};
-use crate::failure::Failure;
+use crate::error::Error;
 use crate::session::{Session, Target};
 use crate::sheet::{Entry, Origin};
 use plumbline::can::CanId;
@@ -26,7 +26,7 @@ pub type Values = Vec<(Entry, u32)>;
 ///
 /// # Errors
 /// The sensor refuses a value, nobody answers, or the adapter fails.
-pub fn write(session: &mut Session, values: &Values) -> Result<(), Failure> {
+pub fn write(session: &mut Session, values: &Values) -> Result<(), Error> {
     let written = write_all(session, values);
     let (true, Target::Canopen(node)) = (is_wrong_state(&written), session.target) else {
         return written;
@@ -43,7 +43,7 @@ pub fn write(session: &mut Session, values: &Values) -> Result<(), Failure> {
     written
 }
 
-fn is_wrong_state(written: &Result<(), Failure>) -> bool {
+fn is_wrong_state(written: &Result<(), Error>) -> bool {
     matches!(written, Err(failure) if failure.code == "wrong-state")
 }
 
@@ -51,8 +51,8 @@ fn is_wrong_state(written: &Result<(), Failure>) -> bool {
 fn patiently(
     session: &mut Session,
     values: &Values,
-    mut written: Result<(), Failure>,
-) -> Result<(), Failure> {
+    mut written: Result<(), Error>,
+) -> Result<(), Error> {
     for _ in 0..REPETITIONS {
         if !is_wrong_state(&written) {
             break;
@@ -69,7 +69,7 @@ const STORING: Duration = millis(100);
 /// The number of times it is repeated.
 const REPETITIONS: u8 = 10;
 
-fn write_all(session: &mut Session, values: &Values) -> Result<(), Failure> {
+fn write_all(session: &mut Session, values: &Values) -> Result<(), Error> {
     let product = session.sheet.product;
     let mut sorted = values.clone();
     sorted.sort_by_key(|(entry, _)| rank(product, entry));
@@ -139,7 +139,7 @@ fn is_exclusive(product: &Product, entry: &Entry) -> bool {
 }
 
 /// Writes values one after the other. A refused value is tried again after the other values, as long as there is progress.
-fn retried(session: &mut Session, values: Values) -> Result<(), Failure> {
+fn retried(session: &mut Session, values: Values) -> Result<(), Error> {
     let is_fsc = matches!(session.sheet.product.protocol, Protocol::Fsc(_));
     if is_fsc {
         // Values with the same code are written together.
@@ -166,7 +166,7 @@ fn retried(session: &mut Session, values: Values) -> Result<(), Failure> {
 }
 
 /// Writes identifiers that must differ from each other at each step.
-fn identifiers(session: &mut Session, values: Values) -> Result<(), Failure> {
+fn identifiers(session: &mut Session, values: Values) -> Result<(), Error> {
     let mut present: Vec<(ParameterId, u32)> = Vec::new();
     let constraints = session.sheet.product.constraints;
     for constraint in constraints.iter().filter(|_| !values.is_empty()) {
@@ -196,7 +196,7 @@ fn identifiers(session: &mut Session, values: Values) -> Result<(), Failure> {
                 let entry = left[0].0.clone();
                 if waiting.contains(&entry.name) {
                     let message = format!("{} must differ from the other identifiers", entry.name);
-                    return Err(Failure::usage("out-of-range", message));
+                    return Err(Error::usage("out-of-range", message));
                 }
                 waiting.push(entry.name.clone());
                 let is_used =

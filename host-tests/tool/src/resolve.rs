@@ -1,6 +1,6 @@
 //! From what a user types to entries of a sheet: full names, names of groups, abbreviations.
 
-use crate::failure::Failure;
+use crate::error::Error;
 use crate::known::meant;
 use crate::number::Wrong;
 use crate::sheet::{Entry, Sheet, kebab};
@@ -11,7 +11,7 @@ use crate::sheet::{Entry, Sheet, kebab};
 ///
 /// # Errors
 /// No entry has this name, or several have.
-pub fn entries<'a>(sheet: &'a Sheet, name: &str) -> Result<Vec<&'a Entry>, Failure> {
+pub fn entries<'a>(sheet: &'a Sheet, name: &str) -> Result<Vec<&'a Entry>, Error> {
     let wanted = kebab(name);
     if let Some(entry) = sheet.entries.iter().find(|entry| entry.name == wanted) {
         return Ok(vec![entry]);
@@ -37,7 +37,7 @@ pub fn entries<'a>(sheet: &'a Sheet, name: &str) -> Result<Vec<&'a Entry>, Failu
                 sheet.product.name,
                 meant(&wanted, names.chain(groups))
             );
-            Err(Failure::usage("unknown-name", message))
+            Err(Error::usage("unknown-name", message))
         }
         _ => {
             let names: Vec<&str> = matches.iter().map(|entry| entry.name.as_str()).collect();
@@ -45,7 +45,7 @@ pub fn entries<'a>(sheet: &'a Sheet, name: &str) -> Result<Vec<&'a Entry>, Failu
                 "{name:?} can be {}: write more of the name",
                 names.join(", ")
             );
-            Err(Failure::usage("ambiguous-name", message))
+            Err(Error::usage("ambiguous-name", message))
         }
     }
 }
@@ -66,11 +66,11 @@ pub type Assignment<'a> = (&'a Entry, String);
 ///
 /// # Errors
 /// A name or a value is wrong.
-pub fn assignments<'a>(sheet: &'a Sheet, text: &str) -> Result<Vec<Assignment<'a>>, Failure> {
+pub fn assignments<'a>(sheet: &'a Sheet, text: &str) -> Result<Vec<Assignment<'a>>, Error> {
     let Some((name, value)) = text.split_once('=') else {
         let message =
             format!("{text:?} is no assignment: write NAME=VALUE, for example cyclic-time=250ms");
-        return Err(Failure::usage("bad-assignment", message));
+        return Err(Error::usage("bad-assignment", message));
     };
     let found = entries(sheet, name)?;
     let group = match found[..] {
@@ -95,7 +95,7 @@ pub fn assignments<'a>(sheet: &'a Sheet, text: &str) -> Result<Vec<Assignment<'a
                 return Err(wrong.into());
             }
             let message = format!("{name:?}: {part:?} fits none of {}", names.join("; "));
-            return Err(Failure::usage("bad-value", message));
+            return Err(Error::usage("bad-value", message));
         };
         taken.push((left.remove(place), part.trim().to_owned()));
     }

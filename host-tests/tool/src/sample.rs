@@ -4,7 +4,7 @@
 pub mod ssi2;
 
 use crate::client::fsc;
-use crate::failure::Failure;
+use crate::error::Error;
 use crate::number::Scale;
 use crate::session::{Session, Target};
 use crate::sheet::{Address, Entry};
@@ -66,12 +66,12 @@ impl Sampler {
     ///
     /// # Errors
     /// The sensor refuses, nobody answers, or the adapter fails.
-    pub fn new(session: &mut Session) -> Result<Self, Failure> {
+    pub fn new(session: &mut Session) -> Result<Self, Error> {
         let sheet = &session.sheet;
         let angles: Vec<Entry> = match &sheet.data_sheet {
             Some(data_sheet) if data_sheet.angles.is_empty() => {
                 let message = "the data sheet does not say which values are angles: give names, `plumbline parameters` lists them";
-                return Err(Failure::usage("no-angles", message));
+                return Err(Error::usage("no-angles", message));
             }
             Some(data_sheet) => data_sheet.angles.clone(),
             None => {
@@ -101,7 +101,7 @@ impl Sampler {
     ///
     /// # Errors
     /// The sensor refuses, nobody answers, or the adapter fails.
-    pub fn of(session: &mut Session, entries: Vec<Entry>) -> Result<Self, Failure> {
+    pub fn of(session: &mut Session, entries: Vec<Entry>) -> Result<Self, Error> {
         let mut angles = Vec::new();
         for entry in entries {
             let scale = session.scale_of(&entry)?;
@@ -129,11 +129,7 @@ impl Sampler {
     ///
     /// # Errors
     /// The sensor refuses, nobody answers, or the adapter fails.
-    pub(crate) fn take(
-        &mut self,
-        session: &mut Session,
-        entries: Vec<Entry>,
-    ) -> Result<(), Failure> {
+    pub(crate) fn take(&mut self, session: &mut Session, entries: Vec<Entry>) -> Result<(), Error> {
         self.angles = Self::of(session, entries)?.angles;
         Ok(())
     }
@@ -146,7 +142,7 @@ impl Sampler {
         &mut self,
         session: &mut Session,
         every: Duration,
-    ) -> Result<Option<Sample>, Failure> {
+    ) -> Result<Option<Sample>, Error> {
         let time = Duration::from_ticks(session.link.now().ticks() - self.start.ticks());
         let place = time.ticks() / every.ticks().max(1);
         let next = self.place.map_or(0, |last| last + 1);
@@ -187,8 +183,8 @@ impl Sampler {
     }
 
     /// All angles are in one reply.
-    fn poll_fsc(&self, session: &mut Session, sensor: fsc::Sensor) -> Result<Read, Failure> {
-        let silent = || Failure::silent("no-answer", "the sensor does not answer");
+    fn poll_fsc(&self, session: &mut Session, sensor: fsc::Sensor) -> Result<Read, Error> {
+        let silent = || Error::silent("no-answer", "the sensor does not answer");
         let code = self.code().ok_or_else(silent)?;
         let reply =
             fsc::ask(&mut session.link, sensor, code, &[], fsc::ANSWER)?.ok_or_else(silent)?;
@@ -229,8 +225,8 @@ impl Sampler {
         angles.collect()
     }
 
-    fn poll_j1939(&mut self, session: &mut Session, address: u8) -> Result<Read, Failure> {
-        let silent = || Failure::silent("no-answer", "the sensor does not send its angles");
+    fn poll_j1939(&mut self, session: &mut Session, address: u8) -> Result<Read, Error> {
+        let silent = || Error::silent("no-answer", "the sensor does not send its angles");
         let angles = self.ssi2(session, address)?.ok_or_else(silent)?;
         Ok((self.of_group(angles), None))
     }
@@ -240,11 +236,7 @@ impl Sampler {
         angles.into_iter().take(self.angles.len()).collect()
     }
 
-    fn ssi2(
-        &mut self,
-        session: &mut Session,
-        address: u8,
-    ) -> Result<Option<ssi2::Angles>, Failure> {
+    fn ssi2(&mut self, session: &mut Session, address: u8) -> Result<Option<ssi2::Angles>, Error> {
         let link = &mut session.link;
         if !self.requests {
             if let Some(angles) = ssi2::broadcast(link, address, BROADCAST)? {
@@ -255,7 +247,7 @@ impl Sampler {
         ssi2::request(link, address)
     }
 
-    fn poll_each(&self, session: &mut Session) -> Result<Read, Failure> {
+    fn poll_each(&self, session: &mut Session) -> Result<Read, Error> {
         let mut numbers = Vec::new();
         for (entry, _) in &self.angles {
             numbers.push(Some(entry.data_type.value(session.read_once(entry)?)));
@@ -328,7 +320,7 @@ impl Sampler {
         session: &mut Session,
         every: Duration,
         stopped: &dyn Fn() -> bool,
-    ) -> Result<bool, Failure> {
+    ) -> Result<bool, Error> {
         let passed = session.link.now().ticks() - self.start.ticks();
         let period = every.ticks().max(1);
         let next = Instant::from_ticks(self.start.ticks() + (passed / period + 1) * period);

@@ -7,7 +7,7 @@ use crate::client::devicenet::{Path, Response, Slave};
 use crate::client::fsc::{self, Sensor};
 use crate::client::sdo::Server;
 use crate::connect;
-use crate::failure::Failure;
+use crate::error::Error;
 use crate::number::Scale;
 use crate::sheet::{Address, Entry, Sheet};
 use plumbline::devicenet::service;
@@ -143,7 +143,7 @@ impl Session {
     ///
     /// # Errors
     /// The adapter fails.
-    pub fn finish(mut self) -> Result<Link, Failure> {
+    pub fn finish(mut self) -> Result<Link, Error> {
         self.release()?;
         Ok(self.link)
     }
@@ -157,7 +157,7 @@ impl Session {
     ///
     /// # Errors
     /// The adapter fails.
-    pub fn release(&mut self) -> Result<(), Failure> {
+    pub fn release(&mut self) -> Result<(), Error> {
         if let (Target::Devicenet(slave), true) = (self.target, self.is_allocated) {
             self.is_allocated = false;
             slave.release(&mut self.link)?;
@@ -183,7 +183,7 @@ impl Session {
     ///
     /// # Errors
     /// Another sensor answers, nobody answers, or the adapter fails.
-    pub(crate) fn freshen(&mut self, slave: Slave) -> Result<(), Failure> {
+    pub(crate) fn freshen(&mut self, slave: Slave) -> Result<(), Error> {
         let used = self.used.filter(|_| self.is_allocated);
         if used.is_none_or(|used| self.link.now() >= after(used, FRESH)) {
             // A connection that has ended is allocated again, with the check.
@@ -197,7 +197,7 @@ impl Session {
     ///
     /// # Errors
     /// Another sensor answers, nobody answers, or the adapter fails.
-    fn slave(&mut self, slave: Slave) -> Result<Slave, Failure> {
+    fn slave(&mut self, slave: Slave) -> Result<Slave, Error> {
         if !self.is_allocated {
             self.settings.clear();
             slave.allocate(&mut self.link)?;
@@ -219,7 +219,7 @@ impl Session {
     ///
     /// # Errors
     /// The sensor refuses, nobody answers, or the adapter fails.
-    pub fn read_bytes(&mut self, entry: &Entry) -> Result<Vec<u8>, Failure> {
+    pub fn read_bytes(&mut self, entry: &Entry) -> Result<Vec<u8>, Error> {
         let read = self.known.iter().flat_map(|known| &known.read);
         let mut read = read.filter(|(address, _)| address.is_read_with(entry.address));
         if let Some((_, bytes)) = read.next() {
@@ -237,7 +237,7 @@ impl Session {
     }
 
     /// All data with an entry; a request without an answer is repeated.
-    fn bytes_repeated(&mut self, entry: &Entry) -> Result<Vec<u8>, Failure> {
+    fn bytes_repeated(&mut self, entry: &Entry) -> Result<Vec<u8>, Error> {
         let mut read = self.bytes_once(entry);
         for _ in 1..TRIES {
             match &read {
@@ -248,7 +248,7 @@ impl Session {
         read
     }
 
-    fn bytes_once(&mut self, entry: &Entry) -> Result<Vec<u8>, Failure> {
+    fn bytes_once(&mut self, entry: &Entry) -> Result<Vec<u8>, Error> {
         match (self.target, entry.address) {
             (Target::Fsc(sensor), Address::Fsc { read, .. }) => {
                 let reply = fsc::once(&mut self.link, sensor, read, &[], fsc::ANSWER)?;
@@ -289,7 +289,7 @@ impl Session {
         code: u8,
         path: Path,
         data: &[u8],
-    ) -> Result<Response, Failure> {
+    ) -> Result<Response, Error> {
         let was_allocated = self.is_allocated;
         let slave = self.slave(slave)?;
         let response = slave.explicit(&mut self.link, code, path, data)?;
@@ -308,7 +308,7 @@ impl Session {
     ///
     /// # Errors
     /// See [`read_bytes`](Self::read_bytes).
-    pub fn read(&mut self, entry: &Entry) -> Result<u32, Failure> {
+    pub fn read(&mut self, entry: &Entry) -> Result<u32, Error> {
         let bytes = self.read_bytes(entry)?;
         raw_number(entry, &bytes)
     }
@@ -317,7 +317,7 @@ impl Session {
     ///
     /// # Errors
     /// See [`read_bytes`](Self::read_bytes).
-    pub(crate) fn in_force(&mut self, entry: &Entry) -> Result<u32, Failure> {
+    pub(crate) fn in_force(&mut self, entry: &Entry) -> Result<u32, Error> {
         let mut settings = self.settings.iter();
         match settings.find(|(address, _)| self.is_allocated && *address == entry.address) {
             Some((_, bytes)) => raw_number(entry, bytes),
@@ -329,7 +329,7 @@ impl Session {
     ///
     /// # Errors
     /// See [`read_bytes`](Self::read_bytes).
-    pub fn read_once(&mut self, entry: &Entry) -> Result<u32, Failure> {
+    pub fn read_once(&mut self, entry: &Entry) -> Result<u32, Error> {
         let bytes = self.bytes_once(entry)?;
         raw_number(entry, &part(entry, &bytes)?)
     }
@@ -338,7 +338,7 @@ impl Session {
     ///
     /// # Errors
     /// The sensor refuses, nobody answers, or the adapter fails.
-    pub fn write(&mut self, values: &[(Entry, u32)]) -> Result<(), Failure> {
+    pub fn write(&mut self, values: &[(Entry, u32)]) -> Result<(), Error> {
         let mut done = Vec::new();
         for (entry, raw) in values {
             match (self.target, entry.address) {
@@ -364,7 +364,7 @@ impl Session {
     }
 
     /// The data of a write code: the given values, and the present ones of the other parameters.
-    fn bytes_of_code(&mut self, code: u8, values: &[(Entry, u32)]) -> Result<Vec<u8>, Failure> {
+    fn bytes_of_code(&mut self, code: u8, values: &[(Entry, u32)]) -> Result<Vec<u8>, Error> {
         let is = |entry: &&Entry| matches!(entry.address, Address::Fsc { write: Some(own), .. } if own == code);
         let parts: Vec<Entry> = self.sheet.entries.iter().filter(is).cloned().collect();
         let mut data = Vec::new();
@@ -383,7 +383,7 @@ impl Session {
     ///
     /// # Errors
     /// The sensor refuses, nobody answers, or the adapter fails.
-    pub fn write_bytes(&mut self, entry: &Entry, bytes: &[u8]) -> Result<(), Failure> {
+    pub fn write_bytes(&mut self, entry: &Entry, bytes: &[u8]) -> Result<(), Error> {
         // The resolution is read once, though values in its unit are written.
         let resolution = self.sheet.product.guide.resolution;
         let resolution = resolution.and_then(|own| self.sheet.parameter(own.parameter));
@@ -431,7 +431,7 @@ impl Session {
         }
     }
 
-    fn fsc_command(&mut self, code: u8, data: &[u8], time: Duration) -> Result<(), Failure> {
+    fn fsc_command(&mut self, code: u8, data: &[u8], time: Duration) -> Result<(), Error> {
         let (Target::Fsc(sensor), Protocol::Fsc(tables)) =
             (self.target, &self.sheet.product.protocol)
         else {
@@ -460,7 +460,7 @@ impl Session {
     ///
     /// # Errors
     /// See [`read_bytes`](Self::read_bytes).
-    pub fn scale_of(&mut self, entry: &Entry) -> Result<Scale, Failure> {
+    pub fn scale_of(&mut self, entry: &Entry) -> Result<Scale, Error> {
         let resolution = self.sheet.product.guide.resolution;
         let is_selected = self.sheet.follows_resolution(entry) && !self.only_listens;
         let Some(resolution) = resolution.filter(|_| is_selected) else {
@@ -477,14 +477,14 @@ impl Session {
     ///
     /// # Errors
     /// The product has no address for it.
-    pub fn entry(&self, id: ParameterId) -> Result<Entry, Failure> {
+    pub fn entry(&self, id: ParameterId) -> Result<Entry, Error> {
         let entry = self.sheet.parameter(id).cloned();
         entry.ok_or_else(|| unexpected("a parameter"))
     }
 }
 
 /// The bytes of an entry in what was read with it.
-fn part(entry: &Entry, bytes: &[u8]) -> Result<Vec<u8>, Failure> {
+fn part(entry: &Entry, bytes: &[u8]) -> Result<Vec<u8>, Error> {
     let Address::Fsc { offset, .. } = entry.address else {
         return Ok(bytes.to_vec());
     };
@@ -495,8 +495,8 @@ fn part(entry: &Entry, bytes: &[u8]) -> Result<Vec<u8>, Failure> {
 }
 
 /// The answer does not fit the product.
-fn unexpected(what: &str) -> Failure {
-    Failure::refused(
+fn unexpected(what: &str) -> Error {
+    Error::refused(
         "unexpected-answer",
         format!("the answer to {what} does not fit the product: is --product right?"),
     )
@@ -510,7 +510,7 @@ fn short_string(bytes: &[u8]) -> &[u8] {
     }
 }
 
-fn raw_number(entry: &Entry, bytes: &[u8]) -> Result<u32, Failure> {
+fn raw_number(entry: &Entry, bytes: &[u8]) -> Result<u32, Error> {
     let bytes = bytes.get(..usize::from(entry.data_type.size()));
     bytes.map(number).ok_or_else(|| unexpected(&entry.name))
 }

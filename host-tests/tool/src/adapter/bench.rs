@@ -1,7 +1,7 @@
 //! An adapter on the bus of the test bench, in virtual time.
 
 use super::{Adapter, Capabilities, Mode};
-use crate::failure::Failure;
+use crate::error::Error;
 use bench::{AdapterId, Bus, Source};
 use plumbline::can::{BitRate, Frame};
 use plumbline::time::{Duration, Instant, after, millis};
@@ -61,7 +61,7 @@ impl Adapter for BenchAdapter {
         }
     }
 
-    fn open(&mut self, rate: Option<BitRate>, mode: Mode) -> Result<(), Failure> {
+    fn open(&mut self, rate: Option<BitRate>, mode: Mode) -> Result<(), Error> {
         self.close();
         self.received.clear();
         let mut bus = self.bus.borrow_mut();
@@ -78,7 +78,7 @@ impl Adapter for BenchAdapter {
         self.mode = None;
     }
 
-    fn send(&mut self, frame: &Frame) -> Result<(), Failure> {
+    fn send(&mut self, frame: &Frame) -> Result<(), Error> {
         if self.mode != Some(Mode::Active) {
             return Err(not_active());
         }
@@ -86,7 +86,7 @@ impl Adapter for BenchAdapter {
         Ok(())
     }
 
-    fn receive(&mut self, until: Instant) -> Result<Option<(Instant, Frame)>, Failure> {
+    fn receive(&mut self, until: Instant) -> Result<Option<(Instant, Frame)>, Error> {
         loop {
             if let Some(received) = self.received.pop_front() {
                 return Ok(Some(received));
@@ -116,6 +116,6 @@ impl Adapter for BenchAdapter {
 }
 
 /// Sending needs an adapter that is open and active.
-pub(super) fn not_active() -> Failure {
-    Failure::bus("not-open", "the adapter only listens, so nothing was sent")
+pub(super) fn not_active() -> Error {
+    Error::bus("not-open", "the adapter only listens, so nothing was sent")
 }

@@ -5,7 +5,7 @@ use super::bench::BenchAdapter;
 use super::{Adapter, Capabilities, Mode};
 use crate::client::Link;
 use crate::connect::factory_target;
-use crate::failure::Failure;
+use crate::error::Error;
 use crate::identify;
 use crate::session::Session;
 use bench::scene::{Axes, Scene};
@@ -37,7 +37,7 @@ pub const J1939: &str = "/j1939";
 ///
 /// # Errors
 /// There is no such product, or it does not have J1939.
-pub fn bus(name: &str) -> Result<Bus, Failure> {
+pub fn bus(name: &str) -> Result<Bus, Error> {
     let (name, is_j1939) = match name.strip_suffix(J1939) {
         Some(name) => (name, true),
         None => (name, false),
@@ -46,7 +46,7 @@ pub fn bus(name: &str) -> Result<Bus, Failure> {
     let tables = identify::j1939_of(product);
     if is_j1939 && tables.is_none() {
         let message = format!("{name} does not have J1939: ims360/j1939 has it");
-        return Err(Failure::usage("unknown-product", message));
+        return Err(Error::usage("unknown-product", message));
     }
     let node_type = NodeType::from(product);
     let mut bus = Bus::new(BusRate::Follow);
@@ -68,8 +68,8 @@ pub fn bus(name: &str) -> Result<Bus, Failure> {
 }
 
 /// The bus after its sensor was switched to J1939.
-fn switched(bus: Bus, product: &'static Product, tables: &J1939Tables) -> Result<Bus, Failure> {
-    let failed = || Failure::bus("adapter-lost", "the demonstration does not start");
+fn switched(bus: Bus, product: &'static Product, tables: &J1939Tables) -> Result<Bus, Error> {
+    let failed = || Error::bus("adapter-lost", "the demonstration does not start");
     let target = factory_target(product).ok_or_else(failed)?;
     let bus = Rc::new(RefCell::new(bus));
     let never: Rc<dyn Fn() -> bool> = Rc::new(|| false);
@@ -95,7 +95,7 @@ fn switched(bus: Bus, product: &'static Product, tables: &J1939Tables) -> Result
 ///
 /// # Errors
 /// There is no such product.
-pub fn adapter(product: &str) -> Result<Paced, Failure> {
+pub fn adapter(product: &str) -> Result<Paced, Error> {
     let bus = bus(product)?;
     let offset = bus.now();
     let bus = Rc::new(RefCell::new(bus));
@@ -110,7 +110,7 @@ pub fn adapter(product: &str) -> Result<Paced, Failure> {
 ///
 /// # Errors
 /// There is no such product.
-pub fn unpaced(product: &str) -> Result<Paced, Failure> {
+pub fn unpaced(product: &str) -> Result<Paced, Error> {
     let paced = adapter(product)?;
     Ok(Paced {
         start: None,
@@ -136,7 +136,7 @@ impl Adapter for Paced {
         }
     }
 
-    fn open(&mut self, rate: Option<BitRate>, mode: Mode) -> Result<(), Failure> {
+    fn open(&mut self, rate: Option<BitRate>, mode: Mode) -> Result<(), Error> {
         self.adapter.open(rate, mode)
     }
 
@@ -144,11 +144,11 @@ impl Adapter for Paced {
         self.adapter.close();
     }
 
-    fn send(&mut self, frame: &Frame) -> Result<(), Failure> {
+    fn send(&mut self, frame: &Frame) -> Result<(), Error> {
         self.adapter.send(frame)
     }
 
-    fn receive(&mut self, until: Instant) -> Result<Option<(Instant, Frame)>, Failure> {
+    fn receive(&mut self, until: Instant) -> Result<Option<(Instant, Frame)>, Error> {
         self.adapter.forget_log();
         let received = self.adapter.receive(until)?;
         let virtual_time = self.adapter.now().ticks() - self.offset.ticks();

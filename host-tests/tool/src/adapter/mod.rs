@@ -25,7 +25,7 @@ pub mod socketcan;
 pub mod tcp;
 pub mod unread;
 
-use crate::failure::Failure;
+use crate::error::Error;
 use plumbline::can::{BitRate, Frame};
 use plumbline::model::catalog::PRODUCTS;
 use plumbline::time::Instant;
@@ -64,7 +64,7 @@ pub trait Adapter {
     ///
     /// # Errors
     /// It cannot have this rate, it has no listen-only mode (it is never opened in another mode instead), or it has failed.
-    fn open(&mut self, rate: Option<BitRate>, mode: Mode) -> Result<(), Failure>;
+    fn open(&mut self, rate: Option<BitRate>, mode: Mode) -> Result<(), Error>;
 
     /// Closes it. Frames that wait are dropped. An adapter that has failed stays as it is.
     fn close(&mut self);
@@ -73,14 +73,14 @@ pub trait Adapter {
     ///
     /// # Errors
     /// It is not open for sending, or it has failed.
-    fn send(&mut self, frame: &Frame) -> Result<(), Failure>;
+    fn send(&mut self, frame: &Frame) -> Result<(), Error>;
 
     /// The next received frame with the time of its reception, or None at `until`. A frame that has already arrived is received even if
     /// `until` is over; a caller that receives all frames until then must compare the time itself.
     ///
     /// # Errors
     /// It has failed, or was unplugged.
-    fn receive(&mut self, until: Instant) -> Result<Option<(Instant, Frame)>, Failure>;
+    fn receive(&mut self, until: Instant) -> Result<Option<(Instant, Frame)>, Error>;
 
     /// The present time of the clock of the received frames.
     fn now(&self) -> Instant;
@@ -111,23 +111,23 @@ fn instant(since_connected: Duration) -> Instant {
 }
 
 /// The adapter has failed, or was unplugged.
-fn lost(name: &str, reason: impl Display) -> Failure {
+fn lost(name: &str, reason: impl Display) -> Error {
     let message = format!("the adapter {name} has failed ({reason}): plug it in again and repeat");
-    Failure::bus("adapter-lost", message)
+    Error::bus("adapter-lost", message)
 }
 
 /// The adapter cannot be opened without a bit rate.
-fn no_rate(name: &str) -> Failure {
+fn no_rate(name: &str) -> Error {
     let message = format!("{name} needs a bit rate: give it with --rate");
-    Failure::usage("no-rate", message)
+    Error::usage("no-rate", message)
 }
 
 /// The adapter is not opened in another mode than asked for.
-fn no_listen_only(name: &str) -> Failure {
+fn no_listen_only(name: &str) -> Error {
     let message = format!(
         "{name} has no listen-only mode, so it was not opened: `plumbline scan --active` asks without listening first"
     );
-    Failure::bus("no-listen-only", message)
+    Error::bus("no-listen-only", message)
 }
 
 /// The variable of the environment that selects the time of the bus; for tests.
@@ -144,7 +144,7 @@ const PORTS: &str = "ports are slcan://HOST:PORT, slcan:/dev/ttyACM0, can0 (Linu
 ///
 /// # Errors
 /// The text is no port, or the port cannot be used.
-pub fn connect(port: &str) -> Result<Box<dyn Adapter>, Failure> {
+pub fn connect(port: &str) -> Result<Box<dyn Adapter>, Error> {
     if let Some(product) = port.strip_prefix("demo:") {
         return Ok(match is_in_bus_time() {
             true => Box::new(demo::unpaced(product)?),
@@ -164,7 +164,7 @@ pub fn connect(port: &str) -> Result<Box<dyn Adapter>, Failure> {
     if let Some(path) = port.strip_prefix("slcan:") {
         if path.is_empty() {
             let message = "slcan: needs a serial port, for example slcan:/dev/ttyACM0 or slcan:COM3; slcan://HOST:PORT is slcan over TCP";
-            return Err(Failure::usage("unknown-port", message));
+            return Err(Error::usage("unknown-port", message));
         }
         let adapter = serial::open(path)?;
         return Ok(match is_in_bus_time() {
@@ -186,10 +186,10 @@ pub fn connect(port: &str) -> Result<Box<dyn Adapter>, Failure> {
     }
     if let Some(meant) = meant(port) {
         let message = format!("there is no port {port:?}: did you mean {meant}?");
-        return Err(Failure::usage("unknown-port", message));
+        return Err(Error::usage("unknown-port", message));
     }
     if port.is_empty() || port.contains([':', '/']) {
-        return Err(Failure::usage(
+        return Err(Error::usage(
             "unknown-port",
             format!("there is no port {port:?}: {PORTS}"),
         ));
@@ -220,13 +220,13 @@ fn meant(port: &str) -> Option<String> {
 }
 
 /// Refuses an address that is not `HOST:PORT`.
-fn check_address(port: &str, address: &str) -> Result<(), Failure> {
+fn check_address(port: &str, address: &str) -> Result<(), Error> {
     let is_valid = address.rsplit_once(':').is_some_and(|(host, number)| {
         !host.is_empty() && number.parse::<u16>().is_ok_and(|number| number > 0)
     });
     match is_valid {
         true => Ok(()),
-        false => Err(Failure::usage(
+        false => Err(Error::usage(
             "unknown-port",
             format!(
                 "{port:?} has no host or no valid port number: write slcan://HOST:PORT, for example slcan://127.0.0.1:11898"
@@ -236,13 +236,13 @@ fn check_address(port: &str, address: &str) -> Result<(), Failure> {
 }
 
 #[cfg(target_os = "linux")]
-fn interface(name: &str) -> Result<Box<dyn Adapter>, Failure> {
+fn interface(name: &str) -> Result<Box<dyn Adapter>, Error> {
     Ok(Box::new(socketcan::connect(name)?))
 }
 
 #[cfg(not(target_os = "linux"))]
-fn interface(name: &str) -> Result<Box<dyn Adapter>, Failure> {
-    Err(Failure::usage(
+fn interface(name: &str) -> Result<Box<dyn Adapter>, Error> {
+    Err(Error::usage(
         "unknown-port",
         format!("{name} can only be a CAN interface of Linux: {PORTS}"),
     ))

@@ -2,7 +2,7 @@
 
 use super::background::{Background, SLICE};
 use super::slcan::Slcan;
-use crate::failure::Failure;
+use crate::error::Error;
 use serial2::SerialPort;
 use std::io;
 
@@ -13,7 +13,7 @@ const SPEED: u32 = 115_200;
 ///
 /// # Errors
 /// The port cannot be opened.
-pub fn open(path: &str) -> Result<Slcan<Background<SerialPort>>, Failure> {
+pub fn open(path: &str) -> Result<Slcan<Background<SerialPort>>, Error> {
     let failed = |error: io::Error| {
         let ports = SerialPort::available_ports().unwrap_or_default();
         let ports: Vec<String> = ports
@@ -24,7 +24,7 @@ pub fn open(path: &str) -> Result<Slcan<Background<SerialPort>>, Failure> {
             [] => "this computer has no serial port: plug in the adapter".to_owned(),
             ports => format!("the serial ports are {}", ports.join(", ")),
         };
-        Failure::bus(
+        Error::bus(
             "no-adapter",
             format!("cannot open {path} ({error}): {hint}"),
         )

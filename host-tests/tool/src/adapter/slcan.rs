@@ -25,7 +25,7 @@
 use super::bench::not_active;
 use super::unread::Unread;
 use super::{Adapter, Capabilities, Mode, instant};
-use crate::failure::Failure;
+use crate::error::Error;
 use line::{Line, time_of};
 use plumbline::can::{BitRate, Frame};
 use plumbline::time::{Duration, Instant};
@@ -148,7 +148,7 @@ impl<S: Stream> Slcan<S> {
     ///
     /// # Errors
     /// The server does not advance the time, or the stream has failed.
-    pub fn in_bus_time(mut self) -> Result<Self, Failure> {
+    pub fn in_bus_time(mut self) -> Result<Self, Error> {
         self.clock = Clock::Bus(Instant::from_ticks(0));
         // The answers depend on the load of the computer; the time of the bus does not.
         self.patience = ADVANCED;
@@ -156,18 +156,18 @@ impl<S: Stream> Slcan<S> {
         Ok(self)
     }
 
-    fn lost(&self, error: &io::Error) -> Failure {
+    fn lost(&self, error: &io::Error) -> Error {
         let name = &self.name;
         let next = match name.starts_with("slcan://") {
             true => "is the server still running? Start it again and repeat",
             false => "plug it in again and repeat",
         };
         let message = format!("the adapter {name} has failed ({error}): {next}");
-        Failure::bus("adapter-lost", message)
+        Error::bus("adapter-lost", message)
     }
 
     /// Reads what is there, and waits at most this time for it. False: nothing came.
-    fn read(&mut self, timeout: time::Duration) -> Result<bool, Failure> {
+    fn read(&mut self, timeout: time::Duration) -> Result<bool, Error> {
         let mut bytes = [0; 4096];
         let count = match self.stream.read(&mut bytes, timeout) {
             Ok(count) => count,
@@ -231,7 +231,7 @@ impl<S: Stream> Slcan<S> {
     }
 
     /// Reads until something came, or until this time of the bus or computer.
-    fn pump(&mut self, until: Instant) -> Result<(), Failure> {
+    fn pump(&mut self, until: Instant) -> Result<(), Error> {
         let wait = until.ticks().saturating_sub(self.now().ticks());
         match self.clock {
             Clock::Computer(_) => self.read(time::Duration::from_micros(wait)).map(|_| ()),
@@ -240,7 +240,7 @@ impl<S: Stream> Slcan<S> {
     }
 
     /// Advances the time of the bus by this span, or until a frame is received.
-    fn advance(&mut self, span: Duration) -> Result<(), Failure> {
+    fn advance(&mut self, span: Duration) -> Result<(), Error> {
         self.is_advanced = false;
         self.write(&format!("@{:X}", span.ticks().min(0xFFFF_FFFF)))?;
         let start = time::Instant::now();
@@ -252,7 +252,7 @@ impl<S: Stream> Slcan<S> {
     }
 
     /// Sends a command and returns its answer; None if the adapter is silent. Text that no slcan adapter says is an error.
-    fn command(&mut self, command: &str) -> Result<Option<Vec<u8>>, Failure> {
+    fn command(&mut self, command: &str) -> Result<Option<Vec<u8>>, Error> {
         (self.answer, self.foreign) = (None, None);
         self.command = command.bytes().next();
         self.write(command)?;
@@ -262,7 +262,7 @@ impl<S: Stream> Slcan<S> {
         answer
     }
 
-    fn answer(&mut self) -> Result<Option<Vec<u8>>, Failure> {
+    fn answer(&mut self) -> Result<Option<Vec<u8>>, Error> {
         let start = time::Instant::now();
         loop {
             let left = self.patience.saturating_sub(start.elapsed());
@@ -276,7 +276,7 @@ impl<S: Stream> Slcan<S> {
         }
     }
 
-    fn write(&mut self, command: &str) -> Result<(), Failure> {
+    fn write(&mut self, command: &str) -> Result<(), Error> {
         // The next CR is an answer.
         self.is_after_cr = false;
         let line = format!("{command}\r");
@@ -295,7 +295,7 @@ impl<S: Stream> Adapter for Slcan<S> {
         }
     }
 
-    fn open(&mut self, rate: Option<BitRate>, mode: Mode) -> Result<(), Failure> {
+    fn open(&mut self, rate: Option<BitRate>, mode: Mode) -> Result<(), Error> {
         self.mode = None;
         let is_closed = std::mem::take(&mut self.is_closed);
         if !is_closed || self.start(rate, mode).is_err() {
@@ -321,14 +321,14 @@ impl<S: Stream> Adapter for Slcan<S> {
         self.is_closed = has_listened && matches!(answer, Ok(Some(said)) if said.is_empty());
     }
 
-    fn send(&mut self, frame: &Frame) -> Result<(), Failure> {
+    fn send(&mut self, frame: &Frame) -> Result<(), Error> {
         if self.mode != Some(Mode::Active) {
             return Err(not_active());
         }
         self.write(&write_frame(frame))
     }
 
-    fn receive(&mut self, until: Instant) -> Result<Option<(Instant, Frame)>, Failure> {
+    fn receive(&mut self, until: Instant) -> Result<Option<(Instant, Frame)>, Error> {
         loop {
             // It reads before it compares the time: a late call still receives the frames that have already arrived. A late call does not
             // wait, so it also ends if frames come continuously.
@@ -343,7 +343,7 @@ impl<S: Stream> Adapter for Slcan<S> {
                 let message = format!(
                     "{name} refused a frame, because its queue is full or the bus is off: check the bit rate and the wiring"
                 );
-                return Err(Failure::bus("frame-refused", message));
+                return Err(Error::bus("frame-refused", message));
             }
             if self.now() >= until {
                 return Ok(None);

@@ -9,7 +9,7 @@
 
 use super::bench::not_active;
 use super::{Adapter, Capabilities, Mode, instant};
-use crate::failure::Failure;
+use crate::error::Error;
 use embedded_can::Frame as _;
 use plumbline::can::{BitRate, Frame};
 use plumbline::time::Instant;
@@ -134,7 +134,7 @@ pub struct SocketCan<I: Interface> {
 ///
 /// # Errors
 /// There is no such interface.
-pub fn connect(name: &str) -> Result<SocketCan<Kernel>, Failure> {
+pub fn connect(name: &str) -> Result<SocketCan<Kernel>, Error> {
     let kernel = Kernel {
         name: name.to_owned(),
         start: time::Instant::now(),
@@ -148,16 +148,16 @@ impl<I: Interface> SocketCan<I> {
     ///
     /// # Errors
     /// There is no such interface.
-    pub fn new(interface: I, name: &str) -> Result<Self, Failure> {
+    pub fn new(interface: I, name: &str) -> Result<Self, Error> {
         let described = interface.describe().map_err(|_| {
             let message = format!("there is no interface {name}: `ip link` shows all, and other ports are slcan://HOST:PORT, slcan:/dev/ttyACM0, usb[:SERIAL] and demo:PRODUCT");
-            Failure::bus("no-adapter", message)
+            Error::bus("no-adapter", message)
         })?;
         if !Settings::of(&described.unwrap_or_default()).is_can {
             let message = format!(
                 "{name} is not a CAN interface: `plumbline ports` lists the ports of this computer"
             );
-            return Err(Failure::bus("no-adapter", message));
+            return Err(Error::bus("no-adapter", message));
         }
         Ok(Self {
             interface,
@@ -169,12 +169,12 @@ impl<I: Interface> SocketCan<I> {
         })
     }
 
-    fn lost(&self, error: &io::Error) -> Failure {
+    fn lost(&self, error: &io::Error) -> Error {
         let name = &self.name;
         let message = format!(
             "the interface {name} has failed ({error}): see `ip -details link show {name}`"
         );
-        Failure::bus("adapter-lost", message)
+        Error::bus("adapter-lost", message)
     }
 
     /// The commands that give the interface a rate in bit/s and a mode, or switch on one that has neither.
@@ -190,14 +190,14 @@ impl<I: Interface> SocketCan<I> {
         )
     }
 
-    fn settings(&self) -> Result<Settings, Failure> {
+    fn settings(&self) -> Result<Settings, Error> {
         let described = self.interface.describe();
         let text = described.map_err(|error| self.lost(&error))?;
         Ok(Settings::of(&text.unwrap_or_default()))
     }
 
     /// Checks rate and mode of the interface, and returns its rate. A virtual interface has neither.
-    fn check(&self, rate: Option<BitRate>, mode: Mode) -> Result<Option<BitRate>, Failure> {
+    fn check(&self, rate: Option<BitRate>, mode: Mode) -> Result<Option<BitRate>, Error> {
         let settings = self.settings()?;
         let (name, own, listens) = (&self.name, settings.rate, settings.listens);
         match &settings.kind {
@@ -207,7 +207,7 @@ impl<I: Interface> SocketCan<I> {
                 let message = format!(
                     "the interface {name} ({kind}) has no listen-only mode that `ip` can set: it has the bit rate and the mode of the program that made it, for example slcand. Make it anew with these, or use the adapter directly, for example with --port slcan:/dev/ttyACM0"
                 );
-                return Err(Failure::bus("no-listen-only", message));
+                return Err(Error::bus("no-listen-only", message));
             }
             Kind::Other(_) => return Ok(None),
         }
@@ -216,11 +216,11 @@ impl<I: Interface> SocketCan<I> {
         if mode == Mode::Listen && !listens {
             let message =
                 format!("the interface {name} is not in listen-only mode. Type: {commands}");
-            return Err(Failure::bus("no-listen-only", message));
+            return Err(Error::bus("no-listen-only", message));
         }
         if mode == Mode::Active && listens {
             let message = format!("the interface {name} only listens. Type: {commands}");
-            return Err(Failure::bus("only-listens", message));
+            return Err(Error::bus("only-listens", message));
         }
         if let (Some(rate), Some(own)) = (rate, own)
             && own != rate.bits_per_second()
@@ -229,7 +229,7 @@ impl<I: Interface> SocketCan<I> {
                 "the interface {name} has {own} bit/s, not {}. Type: {commands}",
                 rate.name()
             );
-            return Err(Failure::bus("wrong-rate", message));
+            return Err(Error::bus("wrong-rate", message));
         }
         let mut rates = BitRate::ALL.into_iter();
         Ok(rates.find(|rate| Some(rate.bits_per_second()) == own))
@@ -294,7 +294,7 @@ impl<I: Interface> Adapter for SocketCan<I> {
         }
     }
 
-    fn open(&mut self, rate: Option<BitRate>, mode: Mode) -> Result<(), Failure> {
+    fn open(&mut self, rate: Option<BitRate>, mode: Mode) -> Result<(), Error> {
         self.close();
         self.rate = self.check(rate, mode)?;
         let opened = self.interface.open();
@@ -302,7 +302,7 @@ impl<I: Interface> Adapter for SocketCan<I> {
             let wanted = rate.map(BitRate::bits_per_second);
             let kind = self.settings().map_or(Kind::Can, |settings| settings.kind);
             let (name, commands) = (&self.name, self.commands(&kind, wanted, mode));
-            Failure::bus(
+            Error::bus(
                 "no-adapter",
                 format!("cannot open {name} ({error}). Type: {commands}"),
             )
@@ -318,7 +318,7 @@ impl<I: Interface> Adapter for SocketCan<I> {
         self.mode = None;
     }
 
-    fn send(&mut self, frame: &Frame) -> Result<(), Failure> {
+    fn send(&mut self, frame: &Frame) -> Result<(), Error> {
         if self.mode != Some(Mode::Active) {
             return Err(not_active());
         }
@@ -332,7 +332,7 @@ impl<I: Interface> Adapter for SocketCan<I> {
         };
         let written = self.interface.write(&converted);
         written.map_err(|error| match error.raw_os_error() {
-            Some(NO_BUFFER) => Failure::bus(
+            Some(NO_BUFFER) => Error::bus(
                 "frame-refused",
                 "the queue of the interface is full, because nobody acknowledges: check bit rate, wiring and terminators",
             ),
@@ -340,7 +340,7 @@ impl<I: Interface> Adapter for SocketCan<I> {
         })
     }
 
-    fn receive(&mut self, until: Instant) -> Result<Option<(Instant, Frame)>, Failure> {
+    fn receive(&mut self, until: Instant) -> Result<Option<(Instant, Frame)>, Error> {
         loop {
             let wait = until.ticks().saturating_sub(self.now().ticks());
             let read = self

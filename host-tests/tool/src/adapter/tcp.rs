@@ -2,7 +2,7 @@
 
 use super::background::{Background, SLICE};
 use super::slcan::Slcan;
-use crate::failure::Failure;
+use crate::error::Error;
 use std::io::{self, ErrorKind, Read};
 use std::net::{TcpStream, ToSocketAddrs};
 use std::time::Duration;
@@ -25,12 +25,12 @@ pub(super) fn is_timeout(error: &io::Error) -> bool {
 ///
 /// # Errors
 /// Nobody accepts connections there.
-pub fn connect(address: &str) -> Result<Slcan<Connection>, Failure> {
+pub fn connect(address: &str) -> Result<Slcan<Connection>, Error> {
     let failed = |error: io::Error| {
         let message = format!(
             "cannot connect to {address} ({error}): is the adapter or the virtual sensor running there?"
         );
-        Failure::bus("no-adapter", message)
+        Error::bus("no-adapter", message)
     };
     let mut last = io::Error::new(ErrorKind::NotFound, "no address");
     for target in address.to_socket_addrs().map_err(failed)? {

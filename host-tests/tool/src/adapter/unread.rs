@@ -1,7 +1,7 @@
 //! What an adapter says that this tool cannot read.
 
 use crate::eds::shown;
-use crate::failure::{Failure, Kind};
+use crate::error::{Error, Kind};
 use std::cell::RefCell;
 use std::rc::Rc;
 
@@ -36,9 +36,9 @@ impl Unread {
     }
 
     /// The failure of a sensor that does not answer: its answers can be among the lines.
-    pub fn explain(&self, failure: Failure) -> Failure {
+    pub fn explain(&self, failure: Error) -> Error {
         match self.told() {
-            Some(told) if failure.kind == Kind::Silent => Failure {
+            Some(told) if failure.kind == Kind::Silent => Error {
                 message: format!("no answer was read: {told}"),
                 ..failure
             },

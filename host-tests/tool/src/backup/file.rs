@@ -1,6 +1,6 @@
 //! Writes a file. An existing file is never partly overwritten.
 
-use crate::failure::Failure;
+use crate::error::Error;
 use std::io::{self, Write};
 use std::path::Path;
 
@@ -9,7 +9,7 @@ use std::path::Path;
 ///
 /// # Errors
 /// The file cannot be written.
-pub fn write_file(path: &Path, text: &str) -> Result<(), Failure> {
+pub fn write_file(path: &Path, text: &str) -> Result<(), Error> {
     let target = path.canonicalize().unwrap_or_else(|_| path.to_owned());
     // A special file cannot be replaced.
     let is_special = target.exists() && !target.is_file();
@@ -18,7 +18,7 @@ pub fn write_file(path: &Path, text: &str) -> Result<(), Failure> {
         false => replace(&target, text),
     };
     written.map_err(|error| {
-        Failure::bus(
+        Error::bus(
             "no-file",
             format!(
                 "cannot write {} ({error}): choose another file or folder",

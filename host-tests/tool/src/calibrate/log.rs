@@ -9,7 +9,7 @@
 //! The rate of a sensor without a gyroscope is 0. An older firmware prints neither it nor the measuring element, which is an ISM330DHCX.
 
 use super::demo;
-use crate::failure::Failure;
+use crate::error::Error;
 use host_tests::calibrate::Side;
 use plumbline::calibration_line;
 use plumbline::measure::calibration::Part;
@@ -122,7 +122,7 @@ impl Log {
     ///
     /// # Errors
     /// It cannot be started.
-    pub fn start(source: &Source) -> Result<Self, Failure> {
+    pub fn start(source: &Source) -> Result<Self, Error> {
         match source {
             Source::Command(words) => Self::command(words),
             Source::Demonstration => {
@@ -136,10 +136,10 @@ impl Log {
         }
     }
 
-    fn command(command: &[String]) -> Result<Self, Failure> {
+    fn command(command: &[String]) -> Result<Self, Error> {
         let unstarted = |why: String| {
             let shown = command.join(" ");
-            Failure::bus("no-log", format!("cannot start `{shown}` ({why})"))
+            Error::bus("no-log", format!("cannot start `{shown}` ({why})"))
         };
         let (program, arguments) = command
             .split_first()
@@ -174,11 +174,11 @@ impl Log {
     ///
     /// # Errors
     /// The command has ended.
-    pub fn next(&mut self, time: Duration) -> Result<Option<Message>, Failure> {
+    pub fn next(&mut self, time: Duration) -> Result<Option<Message>, Error> {
         match self.messages.recv_timeout(time) {
             Ok(message) => Ok(Some(message)),
             Err(RecvTimeoutError::Timeout) => Ok(None),
-            Err(RecvTimeoutError::Disconnected) => Err(Failure::bus(
+            Err(RecvTimeoutError::Disconnected) => Err(Error::bus(
                 "log-ended",
                 "the command of the log has ended: connect the probe, look at its messages, and repeat",
             )),

@@ -10,7 +10,7 @@
 //! ```
 
 use super::{Link, refusal};
-use crate::failure::Failure;
+use crate::error::Error;
 use plumbline::can::{CanId, Frame};
 use plumbline::devicenet::choice::{EXPLICIT, POLL};
 use plumbline::devicenet::identifiers::{Group1, group_2, group_2_id};
@@ -48,10 +48,10 @@ impl Response {
     ///
     /// # Errors
     /// It was refused, or nobody answers.
-    pub fn must(self, mac: u8, what: &str) -> Result<Vec<u8>, Failure> {
+    pub fn must(self, mac: u8, what: &str) -> Result<Vec<u8>, Error> {
         match self {
             Self::Done(data) => Ok(data),
-            Self::Refused(code, more) => Err(Failure::refused(
+            Self::Refused(code, more) => Err(Error::refused(
                 "refused",
                 format!(
                     "the sensor refused {what}: {} ({code:02X}h, {more:02X}h). {}",
@@ -59,7 +59,7 @@ impl Response {
                     next_step(code)
                 ),
             )),
-            Self::Silent => Err(Failure::silent(
+            Self::Silent => Err(Error::silent(
                 "no-answer",
                 format!("MAC ID {mac} does not answer: `plumbline scan` finds the sensor"),
             )),
@@ -91,7 +91,7 @@ impl Slave {
     ///
     /// # Errors
     /// Another master owns the sensor, nobody answers, or the adapter fails.
-    pub fn allocate(self, link: &mut Link) -> Result<(), Failure> {
+    pub fn allocate(self, link: &mut Link) -> Result<(), Error> {
         self.allocate_within(link, ANSWER)
     }
 
@@ -99,7 +99,7 @@ impl Slave {
     ///
     /// # Errors
     /// See [`allocate`](Self::allocate).
-    pub fn allocate_within(self, link: &mut Link, time: Duration) -> Result<(), Failure> {
+    pub fn allocate_within(self, link: &mut Link, time: Duration) -> Result<(), Error> {
         self.allocate_choice(link, EXPLICIT, time)
     }
 
@@ -107,11 +107,11 @@ impl Slave {
     ///
     /// # Errors
     /// See [`allocate`](Self::allocate).
-    pub fn allocate_poll(self, link: &mut Link) -> Result<(), Failure> {
+    pub fn allocate_poll(self, link: &mut Link) -> Result<(), Error> {
         self.allocate_choice(link, POLL, ANSWER)
     }
 
-    fn allocate_choice(self, link: &mut Link, choice: u8, time: Duration) -> Result<(), Failure> {
+    fn allocate_choice(self, link: &mut Link, choice: u8, time: Duration) -> Result<(), Error> {
         let data = [choice, self.master()];
         let mut response = self.unconnected(link, service::ALLOCATE, &data, time)?;
         if let Response::Refused(general::ALREADY, _) = response {
@@ -123,7 +123,7 @@ impl Slave {
             let message = format!(
                 "another master owns the sensor with MAC ID {mac}: it is only listened to; stop that master and repeat"
             );
-            return Err(Failure::refused("owned", message));
+            return Err(Error::refused("owned", message));
         }
         response.must(self.mac, "the allocation").map(|_| ())
     }
@@ -132,7 +132,7 @@ impl Slave {
     ///
     /// # Errors
     /// The adapter fails.
-    pub fn release(self, link: &mut Link) -> Result<(), Failure> {
+    pub fn release(self, link: &mut Link) -> Result<(), Error> {
         self.release_choice(link, EXPLICIT).map(|_| ())
     }
 
@@ -140,14 +140,14 @@ impl Slave {
     ///
     /// # Errors
     /// Nobody answers, or the adapter fails.
-    pub fn release_poll(self, link: &mut Link) -> Result<(), Failure> {
+    pub fn release_poll(self, link: &mut Link) -> Result<(), Error> {
         match self.release_choice(link, POLL)? {
             Response::Refused(general::ALREADY, _) => Ok(()),
             response => response.must(self.mac, "the release").map(|_| ()),
         }
     }
 
-    fn release_choice(self, link: &mut Link, choice: u8) -> Result<Response, Failure> {
+    fn release_choice(self, link: &mut Link, choice: u8) -> Result<Response, Error> {
         let was_ending = link.set_ending(true);
         let released = self.unconnected(link, service::RELEASE, &[choice], ANSWER);
         link.set_ending(was_ending);
@@ -158,7 +158,7 @@ impl Slave {
     ///
     /// # Errors
     /// The adapter fails.
-    pub fn poll(self, link: &mut Link) -> Result<(), Failure> {
+    pub fn poll(self, link: &mut Link) -> Result<(), Error> {
         link.send(&Frame::of(self.id(group_2::POLL), [0; 8], 0))
     }
 
@@ -180,7 +180,7 @@ impl Slave {
         code: u8,
         data: &[u8],
         time: Duration,
-    ) -> Result<Response, Failure> {
+    ) -> Result<Response, Error> {
         let port = Path {
             class: 3,
             instance: 1,
@@ -198,7 +198,7 @@ impl Slave {
         code: u8,
         path: Path,
         data: &[u8],
-    ) -> Result<Response, Failure> {
+    ) -> Result<Response, Error> {
         self.request(link, (group_2::REQUEST, ANSWER), code, path, data)
     }
 
@@ -206,7 +206,7 @@ impl Slave {
     ///
     /// # Errors
     /// The adapter fails.
-    pub fn get(self, link: &mut Link, path: Path, attribute: u8) -> Result<Response, Failure> {
+    pub fn get(self, link: &mut Link, path: Path, attribute: u8) -> Result<Response, Error> {
         self.explicit(link, service::GET, path, &[attribute])
     }
 
@@ -217,11 +217,11 @@ impl Slave {
         code: u8,
         path: Path,
         data: &[u8],
-    ) -> Result<Response, Failure> {
+    ) -> Result<Response, Error> {
         let mut bytes = vec![self.master(), code, path.class, path.instance];
         bytes.extend_from_slice(data);
         let request = Frame::data(self.id(message).into(), &bytes).ok_or_else(|| {
-            Failure::usage(
+            Error::usage(
                 "too-long",
                 "an explicit request has at most four bytes of data",
             )

@@ -7,7 +7,7 @@
 //! ```
 
 use super::{Link, refusal};
-use crate::failure::Failure;
+use crate::error::Error;
 use plumbline::can::{CanId, Frame};
 use plumbline::fsc::{Condition, StatusBit};
 use plumbline::model::listing::fsc::Tables;
@@ -55,7 +55,7 @@ pub fn ask(
     code: u8,
     data: &[u8],
     time: Duration,
-) -> Result<Option<Reply>, Failure> {
+) -> Result<Option<Reply>, Error> {
     let request = request(sensor.request, code, data)?;
     link.ask(&request, time, |frame| reply(frame, sensor, code))
 }
@@ -64,14 +64,14 @@ pub fn ask(
 ///
 /// # Errors
 /// The adapter fails.
-pub fn send(link: &mut Link, sensor: Sensor, code: u8, data: &[u8]) -> Result<(), Failure> {
+pub fn send(link: &mut Link, sensor: Sensor, code: u8, data: &[u8]) -> Result<(), Error> {
     link.send(&request(sensor.request, code, data)?)
 }
 
-fn request(id: CanId, code: u8, data: &[u8]) -> Result<Frame, Failure> {
+fn request(id: CanId, code: u8, data: &[u8]) -> Result<Frame, Error> {
     let bytes: Vec<u8> = std::iter::once(code).chain(data.iter().copied()).collect();
     Frame::data(id.into(), &bytes).ok_or_else(|| {
-        Failure::usage(
+        Error::usage(
             "too-long",
             "a request has at most 7 bytes of data after its code",
         )
@@ -99,7 +99,7 @@ pub fn reply(frame: &Frame, sensor: Sensor, code: u8) -> Option<Reply> {
 ///
 /// # Errors
 /// Nobody answers, or the adapter fails.
-pub fn must(link: &mut Link, sensor: Sensor, code: u8, time: Duration) -> Result<Reply, Failure> {
+pub fn must(link: &mut Link, sensor: Sensor, code: u8, time: Duration) -> Result<Reply, Error> {
     let mut reply = once(link, sensor, code, &[], time);
     for _ in 1..TRIES {
         match &reply {
@@ -122,10 +122,10 @@ pub fn once(
     code: u8,
     data: &[u8],
     time: Duration,
-) -> Result<Reply, Failure> {
+) -> Result<Reply, Error> {
     ask(link, sensor, code, data, time)?.ok_or_else(|| {
         let id = shown(sensor.request);
-        Failure::silent(
+        Error::silent(
             "no-answer",
             format!(
                 "nobody answers code {code:02X}h at the identifier {id}: `plumbline scan` finds the sensor"
@@ -143,7 +143,7 @@ pub fn earlier(
     link: &mut Link,
     sensor: Sensor,
     tables: &Tables,
-) -> Result<Vec<&'static str>, Failure> {
+) -> Result<Vec<&'static str>, Error> {
     let earlier = must(link, sensor, status_code(tables), ANSWER)?;
     let memory = mask(tables, |condition| condition == Condition::EepromError);
     Ok(names(&tables.status, earlier.status & memory))
@@ -167,7 +167,7 @@ pub fn command(
     code: u8,
     data: &[u8],
     time: Duration,
-) -> Result<(), Failure> {
+) -> Result<(), Error> {
     let errors = errors(tables);
     let memory = mask(tables, |condition| condition == Condition::EepromError);
     // The request is sent once: if only its reply is lost, a second request sets the zero point at a later position.
@@ -182,7 +182,7 @@ pub fn command(
         0 => refusal::LIST,
         _ => refusal::FAILED,
     };
-    Err(Failure::refused(
+    Err(Error::refused(
         "refused",
         format!(
             "the sensor refused code {code:02X}h ({}): nothing has changed. {next_step}",

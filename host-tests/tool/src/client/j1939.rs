@@ -14,7 +14,7 @@ pub mod own;
 pub mod transport;
 
 use super::Link;
-use crate::failure::Failure;
+use crate::error::Error;
 use plumbline::can::Frame;
 use plumbline::j1939::identifier::{
     ACKNOWLEDGEMENT, ADDRESS_CLAIMED, COMMANDED_ADDRESS, GLOBAL, Identifier, NO_ADDRESS, Pgn,
@@ -57,7 +57,7 @@ fn claim(frame: &Frame) -> Option<(u8, Name)> {
 ///
 /// # Errors
 /// The adapter fails, or the user wants to stop.
-pub fn nodes(link: &mut Link) -> Result<Vec<(u8, Name)>, Failure> {
+pub fn nodes(link: &mut Link) -> Result<Vec<(u8, Name)>, Error> {
     let mut nodes = Vec::new();
     let source = link.source();
     let question = request(ADDRESS_CLAIMED, GLOBAL, source);
@@ -73,7 +73,7 @@ pub fn nodes(link: &mut Link) -> Result<Vec<(u8, Name)>, Failure> {
 ///
 /// # Errors
 /// The adapter fails, or the user wants to stop.
-pub fn name(link: &mut Link, address: u8, time: Duration) -> Result<Option<Name>, Failure> {
+pub fn name(link: &mut Link, address: u8, time: Duration) -> Result<Option<Name>, Error> {
     let source = link.source();
     let question = request(ADDRESS_CLAIMED, address, source);
     link.ask(&question, time, |frame| {
@@ -93,7 +93,7 @@ enum First {
 ///
 /// # Errors
 /// The tool finds no address for itself, the adapter fails, or the user wants to stop.
-pub fn get(link: &mut Link, node: u8, pgn: Pgn) -> Result<Answer, Failure> {
+pub fn get(link: &mut Link, node: u8, pgn: Pgn) -> Result<Answer, Error> {
     let own = link.own_address()?;
     let judge = |frame: &Frame| {
         let id = Identifier::of(frame).filter(|id| id.source == node)?;
@@ -126,7 +126,7 @@ pub fn get(link: &mut Link, node: u8, pgn: Pgn) -> Result<Answer, Failure> {
 ///
 /// # Errors
 /// The tool finds no address for itself, the adapter fails, or the user wants to stop.
-pub fn command_address(link: &mut Link, node: Name, new: u8) -> Result<Option<u8>, Failure> {
+pub fn command_address(link: &mut Link, node: Name, new: u8) -> Result<Option<u8>, Error> {
     const CLAIMED: Duration = millis(1000);
     let own = link.own_address()?;
     let is_claim = |frame: &Frame| {
@@ -179,7 +179,7 @@ impl Link {
     ///
     /// # Errors
     /// There is no free address, the adapter fails, or the user wants to stop.
-    pub fn own_address(&mut self) -> Result<u8, Failure> {
+    pub fn own_address(&mut self) -> Result<u8, Error> {
         if let Some(address) = self.own.as_ref().and_then(own::Own::address) {
             return Ok(address);
         }
@@ -206,7 +206,7 @@ impl Link {
         }
         self.own = None;
         let message = "the tool has found no free J1939 address for itself: are all addresses from 128 to 247 in use?";
-        Err(Failure::bus("no-own-address", message))
+        Err(Error::bus("no-own-address", message))
     }
 }
 

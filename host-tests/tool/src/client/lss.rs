@@ -1,7 +1,7 @@
 //! CANopen layer setting services, master (CiA 305): fastscan of nodes without node-ID, and the bit rate of a known node.
 
 use super::{Link, refusal};
-use crate::failure::Failure;
+use crate::error::Error;
 use plumbline::can::{BitRate, CanId, Frame};
 use plumbline::canopen::cob_id::{LSS_REPLY, LSS_REQUEST};
 use plumbline::canopen::lss::{BEGIN_SCAN, BIT_RATES, answer, command};
@@ -22,7 +22,7 @@ const STORED: Duration = millis(3000);
 /// The four numbers of the identity object.
 pub type Identity = [u32; 4];
 
-fn ask(link: &mut Link, bytes: [u8; 8], time: Duration) -> Result<Option<[u8; 8]>, Failure> {
+fn ask(link: &mut Link, bytes: [u8; 8], time: Duration) -> Result<Option<[u8; 8]>, Error> {
     let request = Frame::of(MASTER, bytes, 8);
     link.ask(&request, time, |frame| {
         let bytes: Option<[u8; 8]> = frame.bytes().try_into().ok();
@@ -30,7 +30,7 @@ fn ask(link: &mut Link, bytes: [u8; 8], time: Duration) -> Result<Option<[u8; 8]
     })
 }
 
-fn fastscan(link: &mut Link, id: u32, bit: u8, sub: u8, next: u8) -> Result<bool, Failure> {
+fn fastscan(link: &mut Link, id: u32, bit: u8, sub: u8, next: u8) -> Result<bool, Error> {
     let [a, b, c, d] = id.to_le_bytes();
     let request = [command::FASTSCAN, a, b, c, d, bit, sub, next];
     Ok(ask(link, request, SCAN)?.is_some_and(|bytes| bytes[0] == answer::IDENTIFIED))
@@ -40,7 +40,7 @@ fn fastscan(link: &mut Link, id: u32, bit: u8, sub: u8, next: u8) -> Result<bool
 ///
 /// # Errors
 /// The adapter fails.
-pub fn find(link: &mut Link) -> Result<Option<Identity>, Failure> {
+pub fn find(link: &mut Link) -> Result<Option<Identity>, Error> {
     if !fastscan(link, 0, BEGIN_SCAN, 0, 0)? {
         return Ok(None);
     }
@@ -72,7 +72,7 @@ pub fn index(rate: BitRate) -> Option<u8> {
 ///
 /// # Errors
 /// The node refuses, nobody answers, or the adapter fails.
-pub fn store_rate(link: &mut Link, identity: Identity, index: u8) -> Result<(), Failure> {
+pub fn store_rate(link: &mut Link, identity: Identity, index: u8) -> Result<(), Error> {
     release(link)?;
     let mut selected = None;
     for (part, number) in (command::SELECT..).zip(identity) {
@@ -88,7 +88,7 @@ pub fn store_rate(link: &mut Link, identity: Identity, index: u8) -> Result<(), 
     }
     if selected.is_none_or(|bytes| bytes[0] != answer::SELECTED) {
         let message = "no node has answered to the selection by LSS: does another node have the same identity (1018h)?";
-        return Err(Failure::silent("no-answer", message));
+        return Err(Error::silent("no-answer", message));
     }
     must(
         link,
@@ -105,11 +105,11 @@ pub fn store_rate(link: &mut Link, identity: Identity, index: u8) -> Result<(), 
 }
 
 /// A request with an error code in its answer.
-fn must(link: &mut Link, bytes: [u8; 8], time: Duration, what: &str) -> Result<(), Failure> {
+fn must(link: &mut Link, bytes: [u8; 8], time: Duration, what: &str) -> Result<(), Error> {
     match ask(link, bytes, time)? {
         Some([own, 0, ..]) if own == bytes[0] => Ok(()),
         Some([_, error, ..]) => Err(refused(bytes[0], error, what)),
-        None => Err(Failure::silent(
+        None => Err(Error::silent(
             "no-answer",
             "the sensor does not answer LSS requests: `plumbline scan` finds it",
         )),
@@ -117,7 +117,7 @@ fn must(link: &mut Link, bytes: [u8; 8], time: Duration, what: &str) -> Result<(
 }
 
 /// The sensor has answered a request with an error code. Error 1 says that it does not have the bit rate, or cannot store by LSS.
-fn refused(request: u8, error: u8, what: &str) -> Failure {
+fn refused(request: u8, error: u8, what: &str) -> Error {
     let next = match (request, error) {
         (command::BIT_TIMING, 1) => "The sensor does not have this bit rate: choose another one",
         (command::STORE, 1) => {
@@ -128,14 +128,14 @@ fn refused(request: u8, error: u8, what: &str) -> Failure {
     let message = format!(
         "the sensor refused {what} (LSS error {error}): its bit rate has not changed. {next}"
     );
-    Failure::refused("refused", message)
+    Error::refused("refused", message)
 }
 
 /// Switches all nodes to waiting.
 ///
 /// # Errors
 /// The adapter fails.
-pub fn release(link: &mut Link) -> Result<(), Failure> {
+pub fn release(link: &mut Link) -> Result<(), Error> {
     link.send(&Frame::of(
         MASTER,
         [command::SWITCH_GLOBAL, 0, 0, 0, 0, 0, 0, 0],

@@ -16,7 +16,7 @@ pub mod sdo;
 
 use crate::adapter::{Adapter, Mode};
 use crate::boot_up::BootUps;
-use crate::failure::Failure;
+use crate::error::Error;
 use plumbline::can::{BitRate, Frame};
 use plumbline::time::{Duration, Instant, after, millis};
 use std::rc::Rc;
@@ -93,7 +93,7 @@ impl Link {
     ///
     /// # Errors
     /// The adapter fails.
-    pub fn open(&mut self, rate: Option<BitRate>, mode: Mode) -> Result<(), Failure> {
+    pub fn open(&mut self, rate: Option<BitRate>, mode: Mode) -> Result<(), Error> {
         self.leave();
         self.own = None;
         self.rate = rate;
@@ -115,7 +115,7 @@ impl Link {
 
     /// Opens an adapter again whose queue is full. An adapter keeps the frames that nobody acknowledges, some adapters only three; it drops
     /// them when it is closed. The first frame after it was opened must not be refused.
-    fn go_on(&mut self, failure: Failure) -> Result<(), Failure> {
+    fn go_on(&mut self, failure: Error) -> Result<(), Error> {
         if failure.code != "frame-refused" || self.since_open <= 1 {
             return Err(failure);
         }
@@ -132,7 +132,7 @@ impl Link {
         &mut self,
         rate: Option<BitRate>,
         rates: &[Option<BitRate>],
-    ) -> Result<bool, Failure> {
+    ) -> Result<bool, Error> {
         match self.open(rate, Mode::Active) {
             Err(failure) if failure.code == "rate-refused" && rates.len() > 1 => Ok(false),
             opened => opened.map(|()| true),
@@ -170,7 +170,7 @@ impl Link {
     ///
     /// # Errors
     /// The adapter fails.
-    pub fn send(&mut self, frame: &Frame) -> Result<(), Failure> {
+    pub fn send(&mut self, frame: &Frame) -> Result<(), Error> {
         self.since_open += 1;
         self.adapter.send(frame)?;
         self.unanswered = Some(self.now());
@@ -195,7 +195,7 @@ impl Link {
     ///
     /// # Errors
     /// The adapter fails.
-    pub fn receive(&mut self, until: Instant) -> Result<Option<(Instant, Frame)>, Failure> {
+    pub fn receive(&mut self, until: Instant) -> Result<Option<(Instant, Frame)>, Error> {
         let received = self.adapter.receive(until)?;
         if let Some((at, frame)) = &received {
             self.booted.take(*at, frame);
@@ -212,7 +212,7 @@ impl Link {
     ///
     /// # Errors
     /// The adapter fails.
-    pub fn take_booted(&mut self) -> Result<Vec<fsc::Sensor>, Failure> {
+    pub fn take_booted(&mut self) -> Result<Vec<fsc::Sensor>, Error> {
         while let Some(settled) = self.booted.settled()
             && self.now() < settled
         {
@@ -231,7 +231,7 @@ impl Link {
         &mut self,
         time: Duration,
         judge: impl FnMut(&Frame) -> Option<T>,
-    ) -> Result<Option<T>, Failure> {
+    ) -> Result<Option<T>, Error> {
         let answer = self.wait_for_at(time, judge)?;
         Ok(answer.map(|(_, answer)| answer))
     }
@@ -244,7 +244,7 @@ impl Link {
         &mut self,
         time: Duration,
         mut judge: impl FnMut(&Frame) -> Option<T>,
-    ) -> Result<Option<(Instant, T)>, Failure> {
+    ) -> Result<Option<(Instant, T)>, Error> {
         let until = after(self.now(), time);
         let mut end = None;
         while let Some((at, frame)) = self.receive(until)? {
@@ -268,7 +268,7 @@ impl Link {
         frame: &Frame,
         time: Duration,
         mut judge: impl FnMut(&Frame) -> Option<T>,
-    ) -> Result<Option<T>, Failure> {
+    ) -> Result<Option<T>, Error> {
         if !self.is_ending && (self.stopped)() {
             return Err(stopped());
         }
@@ -292,7 +292,7 @@ impl Link {
 
     /// Drops the frames that have already been received, because an answer comes after its request. Otherwise the tool could accept a late
     /// answer to an earlier request as the answer to this request.
-    fn drop_received(&mut self) -> Result<(), Failure> {
+    fn drop_received(&mut self) -> Result<(), Error> {
         let start = self.now();
         // The frames of one read have the same time. So all frames that had arrived are dropped, even if the computer is slow.
         while let Some((at, _)) = self.receive(start)? {
@@ -305,9 +305,9 @@ impl Link {
 }
 
 /// The user has pressed Ctrl-C.
-pub fn stopped() -> Failure {
+pub fn stopped() -> Error {
     let message = "stopped by Ctrl-C: start the command again to finish it";
-    Failure::stopped(message)
+    Error::stopped(message)
 }
 
 #[cfg(test)]

@@ -7,7 +7,7 @@
 
 use super::Link;
 use super::sdo::{Answer, Server};
-use crate::failure::Failure;
+use crate::error::Error;
 use plumbline::can::{CanId, Frame};
 use plumbline::canopen::cob_id::{ERROR_CONTROL, NMT};
 use plumbline::canopen::nmt;
@@ -43,7 +43,7 @@ const LATE: Duration = millis(100);
 ///
 /// # Errors
 /// The adapter fails.
-pub fn send(link: &mut Link, command: Command, node: u8) -> Result<(), Failure> {
+pub fn send(link: &mut Link, command: Command, node: u8) -> Result<(), Error> {
     let frame = Frame::of(
         CanId::standard(NMT),
         [command.specifier(), node, 0, 0, 0, 0, 0, 0],
@@ -57,7 +57,7 @@ pub fn send(link: &mut Link, command: Command, node: u8) -> Result<(), Failure> 
 ///
 /// # Errors
 /// The adapter fails.
-pub fn state(link: &mut Link, node: u8) -> Result<Option<State>, Failure> {
+pub fn state(link: &mut Link, node: u8) -> Result<Option<State>, Error> {
     let server = Server::of(node);
     let Answer::Done(present) = server.read(link, HEARTBEAT, 0)? else {
         return Ok(None);
@@ -76,7 +76,7 @@ pub fn state(link: &mut Link, node: u8) -> Result<Option<State>, Failure> {
     // It must not stay: a command that follows can store it, and a node with a heartbeat does not answer node guarding.
     match server.put_back(link, (HEARTBEAT, 0), &present)? {
         Answer::Done(()) => state,
-        Answer::Silent | Answer::Aborted(_) => Err(Failure::refused(
+        Answer::Silent | Answer::Aborted(_) => Err(Error::refused(
             "not-put-back",
             format!(
                 "the tool could not restore the heartbeat time of {}, which is {OWN} ms now: write {period} ms to 1017h, or restart the node",
@@ -86,7 +86,7 @@ pub fn state(link: &mut Link, node: u8) -> Result<Option<State>, Failure> {
     }
 }
 
-fn heartbeat(link: &mut Link, node: u8, time: Duration) -> Result<Option<State>, Failure> {
+fn heartbeat(link: &mut Link, node: u8, time: Duration) -> Result<Option<State>, Error> {
     const OPERATIONAL: u8 = nmt::State::Operational as u8;
     let id = CanId::standard(ERROR_CONTROL + u16::from(node));
     link.wait_for(time, |frame| match frame.bytes() {

@@ -14,7 +14,7 @@
 mod reasons;
 
 use super::Link;
-use crate::failure::Failure;
+use crate::error::Error;
 use plumbline::can::{CanId, Frame};
 use plumbline::canopen::Abort;
 use plumbline::canopen::cob_id::{SDO_REPLY, SDO_REQUEST};
@@ -59,10 +59,10 @@ impl<T> Answer<T> {
     ///
     /// # Errors
     /// It was aborted, or nobody answers.
-    pub fn must(self, peer: impl Into<Peer>, what: &str) -> Result<T, Failure> {
+    pub fn must(self, peer: impl Into<Peer>, what: &str) -> Result<T, Error> {
         match self {
             Self::Done(done) => Ok(done),
-            Self::Aborted(code) => Err(Failure::refused(
+            Self::Aborted(code) => Err(Error::refused(
                 match code {
                     WRONG_STATE => "wrong-state",
                     _ => "refused",
@@ -73,7 +73,7 @@ impl<T> Answer<T> {
                     next_step(code)
                 ),
             )),
-            Self::Silent => Err(Failure::silent(
+            Self::Silent => Err(Error::silent(
                 "no-answer",
                 format!(
                     "{} does not answer: `plumbline scan` finds the sensor",
@@ -158,7 +158,7 @@ impl Server {
     fn identifiers(
         self,
         link: &mut Link,
-    ) -> Result<(CanId, impl Fn(&Frame) -> bool + use<>), Failure> {
+    ) -> Result<(CanId, impl Fn(&Frame) -> bool + use<>), Error> {
         let (request, answer) = match self.peer {
             Peer::Node(node) => {
                 let node = u16::from(node);
@@ -187,7 +187,7 @@ impl Server {
         link: &mut Link,
         bytes: [u8; 8],
         is_own: impl Fn(&[u8; 8]) -> bool,
-    ) -> Result<Option<[u8; 8]>, Failure> {
+    ) -> Result<Option<[u8; 8]>, Error> {
         let (request, is_answer) = self.identifiers(link)?;
         link.ask(&Frame::of(request, bytes, 8), self.time, |frame| {
             let bytes = frame.bytes().try_into().ok();
@@ -196,7 +196,7 @@ impl Server {
     }
 
     /// The first request of a transfer: its answer names the object.
-    fn initiate(self, link: &mut Link, request: [u8; 8]) -> Result<Option<[u8; 8]>, Failure> {
+    fn initiate(self, link: &mut Link, request: [u8; 8]) -> Result<Option<[u8; 8]>, Error> {
         self.ask(link, request, |answer| {
             let is_segment = matches!(answer[0] >> 5, 0 | 1);
             !is_segment && answer[1..4] == request[1..4]
@@ -209,7 +209,7 @@ impl Server {
         link: &mut Link,
         request: [u8; 8],
         command: u8,
-    ) -> Result<Option<[u8; 8]>, Failure> {
+    ) -> Result<Option<[u8; 8]>, Error> {
         self.ask(link, request, |answer| {
             answer[0] == ABORT || answer[0] >> 5 == command
         })
@@ -219,7 +219,7 @@ impl Server {
     ///
     /// # Errors
     /// The adapter fails.
-    pub fn read(self, link: &mut Link, index: u16, sub: u8) -> Result<Answer<Vec<u8>>, Failure> {
+    pub fn read(self, link: &mut Link, index: u16, sub: u8) -> Result<Answer<Vec<u8>>, Error> {
         let Some(answer) = self.initiate(link, header(0x40, index, sub))? else {
             return Ok(Answer::Silent);
         };
@@ -273,7 +273,7 @@ impl Server {
         index: u16,
         sub: u8,
         data: &[u8],
-    ) -> Result<Answer<()>, Failure> {
+    ) -> Result<Answer<()>, Error> {
         let mut request = header(0x21, index, sub);
         let is_expedited = (1..=4).contains(&data.len());
         if is_expedited {
@@ -334,7 +334,7 @@ impl Server {
         link: &mut Link,
         (index, sub): (u16, u8),
         data: &[u8],
-    ) -> Result<Answer<()>, Failure> {
+    ) -> Result<Answer<()>, Error> {
         let was_ending = link.set_ending(true);
         let mut written = self.write(link, index, sub, data);
         for _ in 1..TRIES {
@@ -348,7 +348,7 @@ impl Server {
     }
 
     /// Ends a transfer whose answer is not understood.
-    fn abort<T>(self, link: &mut Link, index: u16, sub: u8) -> Result<Answer<T>, Failure> {
+    fn abort<T>(self, link: &mut Link, index: u16, sub: u8) -> Result<Answer<T>, Error> {
         const UNKNOWN_COMMAND: u32 = Abort::Command as u32;
         let mut bytes = header(ABORT, index, sub);
         bytes[4..].copy_from_slice(&UNKNOWN_COMMAND.to_le_bytes());

@@ -40,7 +40,7 @@ impl Adapter for Scripted {
         }
     }
 
-    fn open(&mut self, _: Option<BitRate>, _: Mode) -> Result<(), Failure> {
+    fn open(&mut self, _: Option<BitRate>, _: Mode) -> Result<(), Error> {
         Ok(())
     }
 
@@ -50,7 +50,7 @@ impl Adapter for Scripted {
         script.kept = 0;
     }
 
-    fn send(&mut self, frame: &Frame) -> Result<(), Failure> {
+    fn send(&mut self, frame: &Frame) -> Result<(), Error> {
         let script = &mut *self.0.borrow_mut();
         script.sent.push(*frame);
         script.sent_at = script.now;
@@ -66,12 +66,12 @@ impl Adapter for Scripted {
         Ok(())
     }
 
-    fn receive(&mut self, until: Instant) -> Result<Option<(Instant, Frame)>, Failure> {
+    fn receive(&mut self, until: Instant) -> Result<Option<(Instant, Frame)>, Error> {
         let script = &mut *self.0.borrow_mut();
         // A frame counts as received now, though it came earlier.
         let now = Instant::from_ticks(script.now + 1);
         if std::mem::take(&mut script.is_refused) {
-            return Err(Failure::bus("frame-refused", "the adapter refused a frame"));
+            return Err(Error::bus("frame-refused", "the adapter refused a frame"));
         }
         if let Some(frame) = script.received.pop_front() {
             script.kept = 0;
@@ -308,7 +308,7 @@ fn adapter_with_few_buffers_continues_without_answers() {
         if answers {
             adapter.0.borrow_mut().answers = vec![(99, vec![frame(0x301, &[99])])];
         }
-        let asked: Result<Vec<Option<()>>, Failure> = (0..100)
+        let asked: Result<Vec<Option<()>>, Error> = (0..100)
             .map(|code| link.ask(&frame(0x300, &[code]), millis(10), |_| Some(())))
             .collect();
         asked

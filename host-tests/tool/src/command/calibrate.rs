@@ -9,7 +9,7 @@ use crate::calibrate::host::{Asks, Host, Question, State, Step};
 use crate::calibrate::log::{Log, Message, Sample, Source};
 use crate::calibrate::rest::{Average, Window};
 use crate::client::stopped;
-use crate::failure::Failure;
+use crate::error::Error;
 use crate::identify;
 use crate::output::Terminal;
 use host_tests::calibrate::{Side, Units, calibration as computed};
@@ -62,10 +62,10 @@ pub(super) fn calibrate(
     may_measure: bool,
     unit: Unit,
     terminal: &mut Terminal,
-) -> Result<(), Failure> {
+) -> Result<(), Error> {
     if !log.is_empty() && !may_measure {
         let message = "each position needs its own answer: leave out --yes";
-        return Err(Failure::usage("needs-answers", message));
+        return Err(Error::usage("needs-answers", message));
     }
     let source = (!log.is_empty()).then(|| Source::Command(log.to_vec()));
     let done = run(path, source.as_ref(), unit, &mut Asks::new(terminal))?;
@@ -105,13 +105,13 @@ pub fn run(
     log: Option<&Source>,
     unit: Unit,
     host: &mut dyn Host,
-) -> Result<Done, Failure> {
+) -> Result<Done, Error> {
     // Errors are reported before the measurement.
     let product = match (unit.store, unit.product) {
         (Some(_), None) => {
             let message =
                 "a store file belongs to one product: give the product with --product NAME";
-            return Err(Failure::usage("unknown-product", message));
+            return Err(Error::usage("unknown-product", message));
         }
         (_, name) => name.map(identify::product).transpose()?,
     };
@@ -121,7 +121,7 @@ pub fn run(
     }
     let name = path.display().to_string();
     let calibration = computed(&name, &measurement.text)
-        .map_err(|why| Failure::usage("bad-file", format!("{why}; nothing was written")))?;
+        .map_err(|why| Error::usage("bad-file", format!("{why}; nothing was written")))?;
     let (Some(store), Some(product)) = (unit.store, product) else {
         let next =
             "--store FILE with --product NAME writes it into a store file of the unit".to_owned();
@@ -129,10 +129,10 @@ pub fn run(
     };
     let serial = measurement.serial.ok_or_else(|| {
         let message = "the log and the measurement have no serial number: give it with --serial N";
-        Failure::usage("no-serial", message)
+        Error::usage("no-serial", message)
     })?;
     store_file::calibrate(product.owner(serial), &calibration, store)
-        .map_err(|why| Failure::bus("no-file", why))?;
+        .map_err(|why| Error::bus("no-file", why))?;
     let next = format!(
         "the calibration of {} with serial number {serial} is in {}. The download with probe-rs (README of Plumbline, \"Calibrating a unit\") replaces the settings of the unit: `plumbline backup` before and `plumbline restore` after it keep them",
         product.name,
@@ -154,7 +154,7 @@ struct Guide {
 }
 
 impl Guide {
-    fn start(source: &Source, host: &mut dyn Host) -> Result<Self, Failure> {
+    fn start(source: &Source, host: &mut dyn Host) -> Result<Self, Error> {
         host.tell(&Step::Waiting { source });
         Ok(Self {
             log: Log::start(source)?,
@@ -166,7 +166,7 @@ impl Guide {
     }
 
     /// Measures the sides that the set at the present temperature does not have.
-    fn run(&mut self, measurement: &mut Measurement, host: &mut dyn Host) -> Result<(), Failure> {
+    fn run(&mut self, measurement: &mut Measurement, host: &mut dyn Host) -> Result<(), Error> {
         let first = self.sample(measurement, host)?;
         let set = measurement.set_at(first.temperature)?;
         let done = set.as_ref().map_or(&[][..], |(_, sides)| sides);
@@ -184,7 +184,7 @@ impl Guide {
                 "{} belongs to the unit with serial number {own}, but the log does not contain the serial number of its unit: start the log before the unit, or give --serial {own}",
                 measurement.path.display()
             );
-            return Err(Failure::usage("no-serial", message));
+            return Err(Error::usage("no-serial", message));
         }
         for side in missing {
             let place = SIDES.iter().position(|own| *own == side).unwrap_or(0) + 1;
@@ -212,7 +212,7 @@ impl Guide {
         set_temperature: Option<f64>,
         measurement: &mut Measurement,
         host: &mut dyn Host,
-    ) -> Result<Average, Failure> {
+    ) -> Result<Average, Error> {
         self.restart(measurement, host)?;
         let mut samples = 0;
         loop {
@@ -250,18 +250,14 @@ impl Guide {
             }
             let message = "stopped: the measured positions are in the file. The same command continues with the other positions";
             return Err(match host.is_stopped() {
-                true => Failure::stopped(message),
-                false => Failure::usage("not-confirmed", message),
+                true => Error::stopped(message),
+                false => Error::usage("not-confirmed", message),
             });
         }
     }
 
     /// Forgets what was measured before the user has moved the sensor.
-    fn restart(
-        &mut self,
-        measurement: &mut Measurement,
-        host: &mut dyn Host,
-    ) -> Result<(), Failure> {
+    fn restart(&mut self, measurement: &mut Measurement, host: &mut dyn Host) -> Result<(), Error> {
         for message in self.log.drop_waiting() {
             self.start_of(message, measurement, host)?;
         }
@@ -276,12 +272,12 @@ impl Guide {
         message: Message,
         measurement: &mut Measurement,
         host: &mut dyn Host,
-    ) -> Result<(), Failure> {
+    ) -> Result<(), Error> {
         match message {
             Message::Element(Some(part)) => measurement.is_with(part),
             Message::Element(None) => {
                 let message = "the measuring element of this unit is newer than this program: use the newest plumbline";
-                Err(Failure::usage("unknown-element", message))
+                Err(Error::usage("unknown-element", message))
             }
             Message::Serial(serial) => self.unit(serial, measurement, host),
             Message::Sample(_) => Ok(()),
@@ -294,8 +290,8 @@ impl Guide {
         serial: u32,
         measurement: &mut Measurement,
         host: &mut dyn Host,
-    ) -> Result<(), Failure> {
-        let wrong = |message| Err(Failure::usage("wrong-unit", message));
+    ) -> Result<(), Error> {
+        let wrong = |message| Err(Error::usage("wrong-unit", message));
         match self.serial {
             Some(own) if own != serial => wrong(format!(
                 "the serial number was {own} and is {serial} now: calibrate one unit at a time"
@@ -319,7 +315,7 @@ impl Guide {
         &mut self,
         measurement: &mut Measurement,
         host: &mut dyn Host,
-    ) -> Result<Sample, Failure> {
+    ) -> Result<Sample, Error> {
         loop {
             if host.is_stopped() {
                 return Err(stopped());
@@ -332,7 +328,7 @@ impl Guide {
                 Some(message) => self.start_of(message, measurement, host)?,
                 None if self.sampled.is_some_and(|last| last.elapsed() > PAUSE) => {
                     let message = "no acceleration in the log for 10 s: look at the probe and the accelerometer, then repeat the command";
-                    return Err(Failure::silent("no-answer", message));
+                    return Err(Error::silent("no-answer", message));
                 }
                 None => {}
             }

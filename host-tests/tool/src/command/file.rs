@@ -3,7 +3,7 @@
 use super::replaced;
 use crate::backup::{Backup, write_file};
 use crate::eds::dcf::{self, Commissioning};
-use crate::failure::Failure;
+use crate::error::Error;
 use crate::identify::Found;
 use crate::ops::set;
 use crate::output::Terminal;
@@ -19,7 +19,7 @@ pub(crate) fn backup(
     found: &Found,
     path: &Path,
     terminal: &mut Terminal,
-) -> Result<(), Failure> {
+) -> Result<(), Error> {
     replaced(path, terminal)?;
     let configuration = configuration_path(session, path)?;
     if let Some(path) = &configuration {
@@ -76,7 +76,7 @@ pub(crate) fn backup(
 }
 
 /// The path of the Device Configuration File (DCF), which is also written for a CANopen device.
-fn configuration_path(session: &Session, path: &Path) -> Result<Option<PathBuf>, Failure> {
+fn configuration_path(session: &Session, path: &Path) -> Result<Option<PathBuf>, Error> {
     let is_special = path.exists() && !path.is_file();
     if !matches!(session.target, Target::Canopen(_)) || is_special {
         return Ok(None);
@@ -87,7 +87,7 @@ fn configuration_path(session: &Session, path: &Path) -> Result<Option<PathBuf>,
             "{} is the name of the DCF: give the backup another name, for example crane.toml",
             path.display()
         );
-        return Err(Failure::usage("bad-file", message));
+        return Err(Error::usage("bad-file", message));
     }
     Ok(Some(configuration))
 }
@@ -118,7 +118,7 @@ pub(super) fn set_in_file(
     assignments: &[String],
     foreign: Option<&Sheet>,
     terminal: &mut Terminal,
-) -> Result<(), Failure> {
+) -> Result<(), Error> {
     let mut backup = Backup::read_with(path, foreign)?;
     let sheet = backup.sheet.clone();
     let mut changed = Map::new();

@@ -1,7 +1,7 @@
 //! `completions` and `man`, which are made from the definition of the command line.
 
 use crate::cli;
-use crate::failure::Failure;
+use crate::error::Error;
 use crate::known::meant;
 use crate::output::{Terminal, closed};
 use clap_complete::Shell;
@@ -12,7 +12,7 @@ use std::path::Path;
 ///
 /// # Errors
 /// The output is closed.
-pub fn completions(shell: Shell, terminal: &mut Terminal) -> Result<(), Failure> {
+pub fn completions(shell: Shell, terminal: &mut Terminal) -> Result<(), Error> {
     // The generator panics at an output that is closed.
     let mut script = Vec::new();
     clap_complete::generate(shell, &mut cli::command(), "plumbline", &mut script);
@@ -27,14 +27,14 @@ pub fn man(
     command: Option<&str>,
     out: Option<&Path>,
     terminal: &mut Terminal,
-) -> Result<(), Failure> {
+) -> Result<(), Error> {
     let program = cli::command().disable_help_subcommand(true);
     if let Some(folder) = out {
         let written = std::fs::create_dir_all(folder)
             .and_then(|()| clap_mangen::generate_to(program, folder));
         let path = folder.display();
         written.map_err(|error| {
-            Failure::bus(
+            Error::bus(
                 "no-file",
                 format!("cannot write {path} ({error}): choose another folder"),
             )
@@ -48,7 +48,7 @@ pub fn man(
     print(&text, terminal)
 }
 
-fn page(mut program: clap::Command, command: Option<&str>) -> Result<Man, Failure> {
+fn page(mut program: clap::Command, command: Option<&str>) -> Result<Man, Error> {
     // Gives the pages of the commands their names, as `plumbline-scan`.
     program.build();
     let Some(name) = command else {
@@ -59,10 +59,10 @@ fn page(mut program: clap::Command, command: Option<&str>) -> Result<Man, Failur
     let found = program.find_subcommand(name).cloned();
     found.map(Man::new).ok_or_else(|| {
         let message = format!("there is no command {name}: `plumbline --help` lists them{meant}");
-        Failure::usage("unknown-command", message)
+        Error::usage("unknown-command", message)
     })
 }
 
-fn print(text: &[u8], terminal: &mut Terminal) -> Result<(), Failure> {
+fn print(text: &[u8], terminal: &mut Terminal) -> Result<(), Error> {
     terminal.out.write_all(text).map_err(closed)
 }

@@ -3,7 +3,7 @@
 use super::replaced;
 use crate::backup::{Unread, read_file, write_file};
 use crate::eds::identity as data_sheet;
-use crate::failure::Failure;
+use crate::error::Error;
 use crate::identify;
 use crate::ops::Report;
 use crate::ops::identity::Told;
@@ -30,10 +30,10 @@ pub(super) fn from_file(
     name: Option<&str>,
     into: Into,
     terminal: &mut Terminal,
-) -> Result<(), Failure> {
+) -> Result<(), Error> {
     let shown = path.display().to_string();
     let bytes = read_file(path, LONGEST).map_err(|unread| match unread {
-        Unread::Failed(error) => Failure::bus(
+        Unread::Failed(error) => Error::bus(
             "no-file",
             format!(
                 "cannot read {shown} ({error}): --from takes an EDS, a DCF or a sheet of values"
@@ -45,15 +45,15 @@ pub(super) fn from_file(
     finish(&told, into, terminal)
 }
 
-fn unfit(shown: &str, why: &str) -> Failure {
-    Failure::usage("bad-file", format!("{shown}: {why}; nothing was written"))
+fn unfit(shown: &str, why: &str) -> Error {
+    Error::usage("bad-file", format!("{shown}: {why}; nothing was written"))
 }
 
 /// The product and the identity in the text of a file. `name` is the wanted product.
 ///
 /// # Errors
 /// The product is not known, or cannot have this identity.
-pub fn given(text: &str, shown: &str, name: Option<&str>) -> Result<Told, Failure> {
+pub fn given(text: &str, shown: &str, name: Option<&str>) -> Result<Told, Error> {
     let bad = |why: &str| unfit(shown, why);
     let wanted = name.map(identify::product).transpose()?;
     let is_data_sheet = data_sheet::is_data_sheet(text);
@@ -63,7 +63,7 @@ pub fn given(text: &str, shown: &str, name: Option<&str>) -> Result<Told, Failur
     }
     let product = wanted.or(sheet.product).ok_or_else(|| {
         let message = "an identity belongs to one product: give the product with --product NAME";
-        Failure::usage("unknown-product", message)
+        Error::usage("unknown-product", message)
     })?;
     if is_data_sheet {
         sheet = data_sheet::sheet(text, product).map_err(|why| bad(&why))?;
@@ -73,14 +73,14 @@ pub fn given(text: &str, shown: &str, name: Option<&str>) -> Result<Told, Failur
 }
 
 /// Prints the identity, and writes the files.
-pub(super) fn finish(told: &Told, into: Into, terminal: &mut Terminal) -> Result<(), Failure> {
+pub(super) fn finish(told: &Told, into: Into, terminal: &mut Terminal) -> Result<(), Error> {
     let Told { product, unit } = told;
     if let Some(path) = into.output {
         replaced(path, terminal)?;
         write_file(path, &unit::sheet(product, unit))?;
     }
     if let Some(path) = into.store {
-        store_file::identify(product, unit, path).map_err(|why| Failure::bus("no-file", why))?;
+        store_file::identify(product, unit, path).map_err(|why| Error::bus("no-file", why))?;
     }
     if let Some(path) = into.output {
         terminal.note(format!("the sheet is {}", path.display()));

@@ -18,7 +18,7 @@ use crate::cli::{Cli, Command, Options};
 use crate::client::Link;
 use crate::connect::{self, Wanted};
 use crate::eds;
-use crate::failure::{Failure, Kind};
+use crate::error::{Error, Kind};
 use crate::identify::{self, Found};
 use crate::labels::Labels;
 use crate::last::{self, Last};
@@ -32,7 +32,7 @@ use place::Place;
 use std::path::Path;
 
 /// Opens the adapter of a port.
-pub type Connect<'a> = &'a mut dyn FnMut(&str) -> Result<Box<dyn Adapter>, Failure>;
+pub type Connect<'a> = &'a mut dyn FnMut(&str) -> Result<Box<dyn Adapter>, Error>;
 
 /// The port if the user names none.
 const NO_PORT: &str = "no port: give --port slcan:/dev/ttyACM0, slcan://HOST:PORT, can0, pcan or demo:is2, or set PLUMBLINE_PORT; `plumbline ports` lists the ports of this computer";
@@ -41,7 +41,7 @@ const NO_PORT: &str = "no port: give --port slcan:/dev/ttyACM0, slcan://HOST:POR
 ///
 /// # Errors
 /// The command failed.
-pub fn run(cli: &Cli, terminal: &mut Terminal) -> Result<(), Failure> {
+pub fn run(cli: &Cli, terminal: &mut Terminal) -> Result<(), Error> {
     run_with(cli, terminal, &mut adapter::connect)
 }
 
@@ -49,7 +49,7 @@ pub fn run(cli: &Cli, terminal: &mut Terminal) -> Result<(), Failure> {
 ///
 /// # Errors
 /// The command failed.
-pub fn run_with(cli: &Cli, terminal: &mut Terminal, connect: Connect) -> Result<(), Failure> {
+pub fn run_with(cli: &Cli, terminal: &mut Terminal, connect: Connect) -> Result<(), Error> {
     let options = &cli.options;
     match &cli.command {
         Command::Ports => return ports::list(terminal),
@@ -98,7 +98,7 @@ pub fn run_with(cli: &Cli, terminal: &mut Terminal, connect: Connect) -> Result<
             ..
         } => {
             let message = "a store file needs an identity: give --from FILE, or --from-sensor for that of the connected sensor";
-            return Err(Failure::usage("no-identity", message));
+            return Err(Error::usage("no-identity", message));
         }
         Command::Serve {
             listen,
@@ -180,7 +180,7 @@ pub fn run_with(cli: &Cli, terminal: &mut Terminal, connect: Connect) -> Result<
 }
 
 /// Runs a command that needs the bus.
-fn on_bus(cli: &Cli, bus: &mut Bus, terminal: &mut Terminal) -> Result<(), Failure> {
+fn on_bus(cli: &Cli, bus: &mut Bus, terminal: &mut Terminal) -> Result<(), Error> {
     let options = bus.options;
     match &cli.command {
         Command::Scan { active, search } => {
@@ -286,19 +286,19 @@ fn on_bus(cli: &Cli, bus: &mut Bus, terminal: &mut Terminal) -> Result<(), Failu
 }
 
 /// A file that exists is replaced only after a yes.
-fn replaced(path: &Path, terminal: &mut Terminal) -> Result<(), Failure> {
+fn replaced(path: &Path, terminal: &mut Terminal) -> Result<(), Error> {
     let shown = path.display();
     if path.is_file() && !terminal.ask(&Question::Overwrite(path.to_owned()))? {
         let message = format!(
             "{shown} exists already: choose another name, or replace it with --yes=overwrite"
         );
-        return Err(Failure::usage("file-exists", message));
+        return Err(Error::usage("file-exists", message));
     }
     Ok(())
 }
 
 /// Sends one request and prints the answer. With an address and a bit rate of the command line the sensor is not asked for anything else.
-fn raw(bus: &mut Bus, request: &str, terminal: &mut Terminal) -> Result<(), Failure> {
+fn raw(bus: &mut Bus, request: &str, terminal: &mut Terminal) -> Result<(), Error> {
     let wanted = bus.wanted(terminal)?;
     let adapter = bus.adapter()?;
     let (mut link, target) = match (wanted.target, wanted.rate) {
@@ -335,9 +335,9 @@ struct Bus<'a> {
 }
 
 impl Bus<'_> {
-    fn adapter(&mut self) -> Result<Box<dyn Adapter>, Failure> {
+    fn adapter(&mut self) -> Result<Box<dyn Adapter>, Error> {
         let port = self.options.port.as_deref();
-        let adapter = (self.connect)(port.ok_or_else(|| Failure::usage("no-port", NO_PORT))?)?;
+        let adapter = (self.connect)(port.ok_or_else(|| Error::usage("no-port", NO_PORT))?)?;
         self.unread = adapter.unread().unwrap_or_default();
         Ok(adapter)
     }
@@ -351,7 +351,7 @@ impl Bus<'_> {
         })
     }
 
-    fn wanted(&self, terminal: &mut Terminal) -> Result<Wanted, Failure> {
+    fn wanted(&self, terminal: &mut Terminal) -> Result<Wanted, Error> {
         let options = self.options;
         let sheet = options.eds.as_deref().map(eds::read).transpose()?;
         let product = match (&sheet, &options.product) {
@@ -376,7 +376,7 @@ impl Bus<'_> {
         })
     }
 
-    fn session(&mut self, terminal: &mut Terminal) -> Result<(Session, Found), Failure> {
+    fn session(&mut self, terminal: &mut Terminal) -> Result<(Session, Found), Error> {
         let wanted = self.wanted(terminal)?;
         connect::session(self.adapter()?, &wanted, terminal)
     }
@@ -385,8 +385,8 @@ impl Bus<'_> {
     fn with<T>(
         &mut self,
         terminal: &mut Terminal,
-        run: impl FnOnce(&mut Session, &mut Terminal) -> Result<T, Failure>,
-    ) -> Result<T, Failure> {
+        run: impl FnOnce(&mut Session, &mut Terminal) -> Result<T, Error>,
+    ) -> Result<T, Error> {
         self.with_found(terminal, |session, _, terminal| run(session, terminal))
     }
 
@@ -394,8 +394,8 @@ impl Bus<'_> {
     fn with_found<T>(
         &mut self,
         terminal: &mut Terminal,
-        run: impl FnOnce(&mut Session, &Found, &mut Terminal) -> Result<T, Failure>,
-    ) -> Result<T, Failure> {
+        run: impl FnOnce(&mut Session, &Found, &mut Terminal) -> Result<T, Error>,
+    ) -> Result<T, Error> {
         let (mut session, found) = self.session(terminal)?;
         self.is_found = true;
         let result = run(&mut session, &found, terminal);

@@ -1,12 +1,12 @@
 //! `parameters`: the names of a product.
 
-use crate::failure::Failure;
+use crate::error::Error;
 use crate::output::Terminal;
 use crate::sheet::{Origin, Sheet};
 use serde_json::{Map, Value, json};
 
 /// Lists the names of a product with range, unit and factory value.
-pub(super) fn list(sheet: &Sheet, terminal: &mut Terminal) -> Result<(), Failure> {
+pub(super) fn list(sheet: &Sheet, terminal: &mut Terminal) -> Result<(), Error> {
     let mut document = Map::new();
     terminal.line(format!("{} ({})", sheet.product.name, sheet.product.maker))?;
     let width = sheet

@@ -1,7 +1,7 @@
 //! `plumbline ports`.
 
 use crate::adapter::ports::ports;
-use crate::failure::Failure;
+use crate::error::Error;
 use crate::output::Terminal;
 use serde_json::json;
 
@@ -9,7 +9,7 @@ use serde_json::json;
 ///
 /// # Errors
 /// The output is closed.
-pub(super) fn list(terminal: &mut Terminal) -> Result<(), Failure> {
+pub(super) fn list(terminal: &mut Terminal) -> Result<(), Error> {
     let ports = ports();
     if ports.is_empty() {
         terminal.note(

@@ -1,7 +1,7 @@
 //! `record`: the samples as CSV. The first sample replaces an earlier recording; without one the file stays as it was.
 
 use super::watch::{self, Pace, unwritten};
-use crate::failure::Failure;
+use crate::error::Error;
 use crate::output::Terminal;
 use crate::sample::Sampler;
 use crate::session::Session;
@@ -23,7 +23,7 @@ impl<'a> Csv<'a> {
     ///
     /// # Errors
     /// The file cannot be written.
-    fn open(path: &'a Path) -> Result<Self, Failure> {
+    fn open(path: &'a Path) -> Result<Self, Error> {
         let is_new = !path.exists();
         let mut options = OpenOptions::new();
         let file = options.write(true).create(true).truncate(false).open(path);
@@ -39,7 +39,7 @@ impl<'a> Csv<'a> {
     ///
     /// # Errors
     /// The file cannot be written.
-    fn row(&mut self, heading: impl Fn() -> String, row: &str) -> Result<(), Failure> {
+    fn row(&mut self, heading: impl Fn() -> String, row: &str) -> Result<(), Error> {
         let written = self.begin(heading);
         let written = written.and_then(|()| writeln!(self.file, "{row}"));
         written.map_err(|error| unwritten(self.path, &error))
@@ -62,7 +62,7 @@ impl<'a> Csv<'a> {
     ///
     /// # Errors
     /// The file cannot be written.
-    fn flush(&mut self) -> Result<(), Failure> {
+    fn flush(&mut self) -> Result<(), Error> {
         let flushed = self.file.flush();
         flushed.map_err(|error| unwritten(self.path, &error))
     }
@@ -87,7 +87,7 @@ pub(super) fn record(
     path: &Path,
     pace: Pace,
     terminal: &mut Terminal,
-) -> Result<(), Failure> {
+) -> Result<(), Error> {
     let mut csv = Csv::open(path)?;
     let sampler = watch::samples(
         session,

@@ -1,7 +1,7 @@
 //! `restore` and `diff`: the settings of a file and the settings of the sensor.
 
 use crate::backup::Backup;
-use crate::failure::Failure;
+use crate::error::Error;
 use crate::identify::Found;
 use crate::ops::set::{constrain, is_saved_on_command, later, write};
 use crate::ops::{address, adjust};
@@ -24,7 +24,7 @@ struct Difference {
 }
 
 /// The settings of a file that differ from the sensor, compared as values with their unit.
-fn differences(session: &mut Session, backup: &Backup) -> Result<Vec<Difference>, Failure> {
+fn differences(session: &mut Session, backup: &Backup) -> Result<Vec<Difference>, Error> {
     let mut differences = Vec::new();
     for (entry, raw) in &backup.values {
         let at = |scale| Entry {
@@ -50,7 +50,7 @@ fn differences(session: &mut Session, backup: &Backup) -> Result<Vec<Difference>
 }
 
 /// Gives a file the resolution of the sensor. The values in its unit stay the same, so their raw numbers change.
-fn take_resolution(session: &mut Session, backup: &mut Backup) -> Result<(), Failure> {
+fn take_resolution(session: &mut Session, backup: &mut Backup) -> Result<(), Error> {
     let guide = &session.sheet.product.guide;
     let Some(resolution) = &guide.resolution else {
         return Ok(());
@@ -60,13 +60,13 @@ fn take_resolution(session: &mut Session, backup: &mut Backup) -> Result<(), Fai
     backup.set(&entry.name, &text).map_err(|why| {
         let message =
             format!("with the resolution of the sensor, {text}: {why}; nothing was written");
-        Failure::usage("out-of-range", message)
+        Error::usage("out-of-range", message)
     })
 }
 
 /// The settings of a file of this product, with the default identifiers of the node-ID that the sensor has now. A file without resolution
 /// has the resolution of the sensor.
-fn read(session: &mut Session, path: &Path) -> Result<Backup, Failure> {
+fn read(session: &mut Session, path: &Path) -> Result<Backup, Error> {
     let foreign = session.sheet.data_sheet.is_some();
     let foreign = foreign.then_some(&session.sheet);
     let mut backup = Backup::read_with(path, foreign)?;
@@ -76,7 +76,7 @@ fn read(session: &mut Session, path: &Path) -> Result<Backup, Failure> {
             "the file belongs to {}, but the sensor is {}: nothing has changed. Take a file of this sensor, or choose another sensor; `plumbline scan` shows them",
             wanted.name, own.name
         );
-        return Err(Failure::usage("wrong-file", message));
+        return Err(Error::usage("wrong-file", message));
     }
     if let Target::Canopen(node) = session.target {
         backup.number_for(node);
@@ -91,7 +91,7 @@ fn read(session: &mut Session, path: &Path) -> Result<Backup, Failure> {
     Ok(backup)
 }
 
-fn show(differences: &[Difference], terminal: &mut Terminal) -> Result<(), Failure> {
+fn show(differences: &[Difference], terminal: &mut Terminal) -> Result<(), Error> {
     let names = differences.iter().map(|one| one.entry.name.len());
     let width = names.max().unwrap_or(0);
     for Difference {
@@ -125,7 +125,7 @@ pub(super) fn diff(
     path: &Path,
     exit_code: bool,
     terminal: &mut Terminal,
-) -> Result<(), Failure> {
+) -> Result<(), Error> {
     let backup = read(session, path)?;
     let differences = differences(session, &backup)?;
     if differences.is_empty() {
@@ -139,7 +139,7 @@ pub(super) fn diff(
                 "{count} settings of the sensor differ from {}",
                 path.display()
             );
-            Err(Failure::refused("different", message).after_document())
+            Err(Error::refused("different", message).after_document())
         }
         _ => Ok(()),
     }
@@ -153,7 +153,7 @@ pub(crate) fn restore(
     path: &Path,
     only: &[String],
     terminal: &mut Terminal,
-) -> Result<(Value, Option<String>), Failure> {
+) -> Result<(Value, Option<String>), Error> {
     let mut backup = read(session, path)?;
     if !only.is_empty() {
         let mut wanted = Vec::new();

@@ -4,7 +4,7 @@ use crate::adapter::{Adapter, Mode};
 use crate::client::Link;
 use crate::connect;
 use crate::cyclic::Cyclic;
-use crate::failure::Failure;
+use crate::error::Error;
 use crate::ops::set;
 use crate::output::{Terminal, closed};
 use crate::resolve;
@@ -33,14 +33,14 @@ const INTERFACE: &str = "can0";
 ///
 /// # Errors
 /// It is out of range.
-pub(super) fn checked(seconds: Option<f64>) -> Result<Option<Duration>, Failure> {
+pub(super) fn checked(seconds: Option<f64>) -> Result<Option<Duration>, Error> {
     match seconds {
         None => Ok(None),
         Some(seconds) if (0.0..=1e9).contains(&seconds) => {
             let ticks = (seconds * 1e6) as u64;
             Ok(Some(Duration::from_ticks(ticks)))
         }
-        Some(_) => Err(Failure::usage(
+        Some(_) => Err(Error::usage(
             "bad-value",
             "--seconds is a time of 0 to 1000000000 s",
         )),
@@ -67,7 +67,7 @@ impl Pace {
         every: u32,
         is_cyclic: bool,
         seconds: Option<f64>,
-    ) -> Result<Self, Failure> {
+    ) -> Result<Self, Error> {
         Ok(Self {
             every,
             is_cyclic,
@@ -80,7 +80,7 @@ impl Pace {
 ///
 /// # Errors
 /// A name is wrong, or a request of the session fails.
-pub(super) fn sampler(session: &mut Session, names: &[String]) -> Result<Sampler, Failure> {
+pub(super) fn sampler(session: &mut Session, names: &[String]) -> Result<Sampler, Error> {
     if names.is_empty() {
         return Sampler::new(session);
     }
@@ -94,14 +94,13 @@ pub(super) fn sampler(session: &mut Session, names: &[String]) -> Result<Sampler
         .find(|entry| !entry.readable || entry.data_type == DataType::Text)
     {
         let message = format!("{} is not a readable number", entry.name);
-        return Err(Failure::usage("bad-value", message));
+        return Err(Error::usage("bad-value", message));
     }
     Sampler::of(session, entries)
 }
 
 /// A function that takes each sample.
-type Take<'a> =
-    &'a mut dyn FnMut(&mut Terminal, &Session, &Sampler, &Sample) -> Result<(), Failure>;
+type Take<'a> = &'a mut dyn FnMut(&mut Terminal, &Session, &Sampler, &Sample) -> Result<(), Error>;
 
 /// Hands each sample to `take`, until the time is over or Ctrl-C.
 pub(super) fn samples(
@@ -110,7 +109,7 @@ pub(super) fn samples(
     pace: Pace,
     terminal: &mut Terminal,
     take: Take,
-) -> Result<Sampler, Failure> {
+) -> Result<Sampler, Error> {
     match pace.is_cyclic {
         false => polled(session, &mut sampler, pace, terminal, take)?,
         true => {
@@ -122,7 +121,7 @@ pub(super) fn samples(
         }
     }
     if sampler.printed == 0 && sampler.lost > 0 {
-        return Err(Failure::silent(
+        return Err(Error::silent(
             "no-answer",
             "the sensor has not answered any request: check power and wiring",
         ));
@@ -136,7 +135,7 @@ fn polled(
     pace: Pace,
     terminal: &mut Terminal,
     take: Take,
-) -> Result<(), Failure> {
+) -> Result<(), Error> {
     let every = millis(pace.every);
     let end = pace.seconds.map(|seconds| sampler.end_after(seconds));
     let mut is_told = false;
@@ -180,7 +179,7 @@ fn sent(
     pace: Pace,
     terminal: &mut Terminal,
     take: Take,
-) -> Result<(), Failure> {
+) -> Result<(), Error> {
     let end = pace
         .seconds
         .map(|seconds| after(session.link.now(), seconds));
@@ -204,7 +203,7 @@ pub(super) fn watch(
     sampler: Sampler,
     pace: Pace,
     terminal: &mut Terminal,
-) -> Result<(), Failure> {
+) -> Result<(), Error> {
     let sampler = samples(
         session,
         sampler,
@@ -226,7 +225,7 @@ pub(super) fn summarize(
     session: &Session,
     sampler: &Sampler,
     terminal: &mut Terminal,
-) -> Result<(), Failure> {
+) -> Result<(), Error> {
     for note in sampler.summary() {
         terminal.note(note);
     }
@@ -238,11 +237,11 @@ pub(super) fn summarize(
         "the sensor has not answered for the last {} s: check power and wiring, then repeat the command",
         silence.to_secs()
     );
-    Err(Failure::silent("no-answer", message))
+    Err(Error::silent("no-answer", message))
 }
 
-pub(super) fn unwritten(path: &Path, error: &io::Error) -> Failure {
-    Failure::bus(
+pub(super) fn unwritten(path: &Path, error: &io::Error) -> Error {
+    Error::bus(
         "no-file",
         format!("cannot write {} ({error})", path.display()),
     )
@@ -255,7 +254,7 @@ pub(super) fn log(
     path: &Path,
     seconds: Option<Duration>,
     terminal: &mut Terminal,
-) -> Result<(), Failure> {
+) -> Result<(), Error> {
     let mut link = Link::new(adapter, &terminal.stopped);
     let rate = match rate {
         None if link.adapter().capabilities().needs_rate => {
@@ -264,7 +263,7 @@ pub(super) fn log(
             let heard = heard.ok_or_else(|| {
                 let message =
                     "there is no traffic, so the bit rate is unknown: give it with --rate";
-                Failure::silent("no-answer", message)
+                Error::silent("no-answer", message)
             })?;
             heard.rate
         }
@@ -321,10 +320,10 @@ pub(super) fn log(
 }
 
 /// The next step if an adapter cannot listen. An interface of Linux says itself what to type.
-fn only_listens(link: &mut Link, failure: Failure) -> Failure {
+fn only_listens(link: &mut Link, failure: Error) -> Error {
     let sets_rate = link.adapter().capabilities().sets_rate;
     match failure.code {
-        "no-listen-only" if sets_rate => Failure::bus(
+        "no-listen-only" if sets_rate => Error::bus(
             "no-listen-only",
             "the adapter has no listen-only mode, but `log` only listens: use another adapter",
         ),

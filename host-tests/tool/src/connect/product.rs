@@ -1,7 +1,7 @@
 //! Which product a sensor is. If the article and the software version of the sensor leave a doubt, the tool asks.
 
 use super::Wanted;
-use crate::failure::Failure;
+use crate::error::Error;
 use crate::identify::{Found, protocol_of, speaks};
 use crate::output::Terminal;
 use crate::question::{Name, Question};
@@ -15,7 +15,7 @@ pub(super) fn decide(
     found: &Found,
     wanted: &Wanted,
     terminal: &mut Terminal,
-) -> Result<&'static Product, Failure> {
+) -> Result<&'static Product, Error> {
     match wanted.product {
         Some(product) => {
             permitted(found, product)?;
@@ -29,7 +29,7 @@ pub(super) fn decide(
 }
 
 /// Refuses a product of another protocol.
-fn permitted(found: &Found, wanted: &Product) -> Result<(), Failure> {
+fn permitted(found: &Found, wanted: &Product) -> Result<(), Error> {
     if speaks(wanted, found.protocol()) {
         return Ok(());
     }
@@ -39,7 +39,7 @@ fn permitted(found: &Found, wanted: &Product) -> Result<(), Failure> {
         protocol_of(wanted),
         found.protocol()
     );
-    Err(Failure::usage("wrong-product", message))
+    Err(Error::usage("wrong-product", message))
 }
 
 /// Asks about a product that does not fit the sensor.
@@ -47,7 +47,7 @@ fn confirmed(
     found: &Found,
     wanted: &'static Product,
     terminal: &mut Terminal,
-) -> Result<(), Failure> {
+) -> Result<(), Error> {
     let fits = |own: &&Product| own.name == wanted.name;
     if found.products.is_empty() || found.products.iter().any(fits) {
         return Ok(());
@@ -65,22 +65,22 @@ fn confirmed(
     let message = format!(
         "the sensor says that it is {own}, not {name}: leave out --product, or use --yes for the tables of {name}"
     );
-    Err(Failure::usage("wrong-product", message))
+    Err(Error::usage("wrong-product", message))
 }
 
 /// The product that the sensor tells. If several fit, the user is asked about each one; `--yes` does not answer that.
-fn told(found: &Found, terminal: &mut Terminal) -> Result<&'static Product, Failure> {
+fn told(found: &Found, terminal: &mut Terminal) -> Result<&'static Product, Error> {
     let (article, names) = (article(found), names(found));
     match &found.products[..] {
         [only] => Ok(only),
-        [] if found.is_owned => Err(Failure::refused(
+        [] if found.is_owned => Err(Error::refused(
             "owned",
             format!(
                 "another master owns the sensor with {}, so the product is unknown: stop that master, or listen with --cyclic --product NAME",
                 found.target.named()
             ),
         )),
-        [] => Err(Failure::usage(
+        [] => Err(Error::usage(
             "unknown-product",
             format!(
                 "the article {article} is not in the catalogue: say what it is like with --product NAME, or give its data sheet with --eds FILE"
@@ -102,7 +102,7 @@ fn told(found: &Found, terminal: &mut Terminal) -> Result<&'static Product, Fail
             let message = format!(
                 "the article {article} fits several products ({names}): choose one with --product NAME"
             );
-            Err(Failure::usage("ambiguous-product", message))
+            Err(Error::usage("ambiguous-product", message))
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::client::devicenet::Slave;
 use crate::client::fsc::Sensor;
-use crate::failure::Failure;
+use crate::error::Error;
 use crate::labels::Labels;
 use crate::number::identifier;
 use crate::scan::Memory;
@@ -41,7 +41,7 @@ pub fn target(
     node: Option<u8>,
     mac: Option<u8>,
     address: Option<u8>,
-) -> Result<Option<Target>, Failure> {
+) -> Result<Option<Target>, Error> {
     match (id, node, mac, address) {
         (None, None, None, None) => Ok(None),
         (None, None, None, Some(address @ 0..=253)) => Ok(Some(Target::J1939(address))),
@@ -52,7 +52,7 @@ pub fn target(
         )),
         (Some(id), None, None, None) => {
             let bits = identifier(id)
-                .map_err(|text| Failure::usage("bad-value", format!("--id {id}: {text}")))?;
+                .map_err(|text| Error::usage("bad-value", format!("--id {id}: {text}")))?;
             let request = CanId::from_bits(bits);
             Ok(Some(Target::Fsc(Sensor {
                 request,
@@ -63,16 +63,16 @@ pub fn target(
         (None, None, Some(mac @ 0..=63), None) => Ok(Some(Target::Devicenet(Slave { mac }))),
         (None, Some(node), None, None) => Err(no_address("--node", node, "a node-ID is 1 to 127")),
         (None, None, Some(mac), None) => Err(no_address("--mac", mac, "a MAC ID is 0 to 63")),
-        _ => Err(Failure::usage(
+        _ => Err(Error::usage(
             "too-many-addresses",
             "give one of --id (GEMAC), --node (CANopen), --mac (DeviceNet) and --address (J1939)",
         )),
     }
 }
 
-fn no_address(option: &str, number: u8, why: &str) -> Failure {
+fn no_address(option: &str, number: u8, why: &str) -> Error {
     let message = format!(
         "{option} {number}: {why}; `plumbline scan` shows the addresses of the sensors on the bus"
     );
-    Failure::usage("out-of-range", message)
+    Error::usage("out-of-range", message)
 }

@@ -10,7 +10,7 @@ use super::{LISTENS, Layout, SLICE};
 use crate::client::nmt::{self, State};
 use crate::client::sdo::{Answer, Server};
 use crate::client::{Link, stopped};
-use crate::failure::Failure;
+use crate::error::Error;
 use crate::output::Terminal;
 use crate::question::Question;
 use crate::sample::Sampler;
@@ -54,7 +54,7 @@ pub(super) fn start(
     sampler: &mut Sampler,
     every: u32,
     terminal: &mut Terminal,
-) -> Result<(Pdo, Option<Duration>), Failure> {
+) -> Result<(Pdo, Option<Duration>), Error> {
     let mut tpdos = Vec::new();
     for number in numbers(session) {
         tpdos.extend(Tpdo::read(&mut session.link, node, number)?);
@@ -75,7 +75,7 @@ pub(super) fn start(
     }
     let Some(state) = nmt::state(&mut session.link, node)? else {
         let message = "the NMT state of the node is unknown (no heartbeat, 1017h), so the tool does not start the node: start it with another NMT master, or leave out --cyclic";
-        return Err(Failure::refused("not-offered", message));
+        return Err(Error::refused("not-offered", message));
     };
     let was_operational = state == State::Operational;
     let (longest, _) = LISTENS;
@@ -116,7 +116,7 @@ fn listened(
     sampler: &mut Sampler,
     (tpdo, set, layout): &Sent,
     terminal: &mut Terminal,
-) -> Result<(Pdo, Option<Duration>), Failure> {
+) -> Result<(Pdo, Option<Duration>), Error> {
     let every = match tpdo.period() {
         Some(every) => Some(every),
         None if tpdo.has_sync() => Layout::period(std::slice::from_ref(layout), &mut session.link)?,
@@ -133,12 +133,12 @@ fn listened(
 }
 
 /// Asks whether a TPDO that is on can be changed.
-fn confirmed(number: u16, terminal: &mut Terminal) -> Result<(), Failure> {
+fn confirmed(number: u16, terminal: &mut Terminal) -> Result<(), Error> {
     if terminal.ask(&Question::Tpdo(number + 1))? {
         return Ok(());
     }
     let message = "nothing has changed: --yes=cyclic answers the question";
-    Err(Failure::usage("not-confirmed", message))
+    Err(Error::usage("not-confirmed", message))
 }
 
 /// What the user must know of a TPDO that is sent already.
@@ -191,7 +191,7 @@ fn heard<'a>(
     sent: &'a [Sent],
     others: &mut Vec<CanId>,
     terminal: &Terminal,
-) -> Result<Option<&'a Sent>, Failure> {
+) -> Result<Option<&'a Sent>, Error> {
     let (longest, _) = LISTENS;
     let time = |(tpdo, ..): &Sent| tpdo.longest().map_or(longest, |time| time + LATE);
     let time = sent.iter().map(time).max().unwrap_or(longest);
@@ -222,7 +222,7 @@ fn chosen(
     sets: &[Vec<Entry>],
     others: &[CanId],
     every: u32,
-) -> Result<(Tpdo, Tpdo, Vec<Entry>), Failure> {
+) -> Result<(Tpdo, Tpdo, Vec<Entry>), Error> {
     let timed = |tpdo: &&Tpdo| tpdo.timer.is_some();
     let is_used = |id: CanId| {
         let mut on = tpdos.iter().filter(|tpdo| tpdo.is_on());
@@ -269,14 +269,14 @@ fn chosen(
     Err(not_mapped())
 }
 
-fn not_mapped() -> Failure {
+fn not_mapped() -> Error {
     let message = "no TPDO of the sensor has all angles, an event timer, and a unique COB-ID from 181h to 57Fh: set them (1800h, 1A00h), or leave out --cyclic";
-    Failure::refused("not-offered", message)
+    Error::refused("not-offered", message)
 }
 
 impl Pdo {
     /// Changes the TPDO, and starts the node.
-    fn switch_on(&mut self, session: &mut Session, wanted: Tpdo) -> Result<(), Failure> {
+    fn switch_on(&mut self, session: &mut Session, wanted: Tpdo) -> Result<(), Error> {
         let Some(before) = &mut self.before else {
             return Ok(());
         };
@@ -305,7 +305,7 @@ impl Pdo {
     }
 
     /// Puts back what was before.
-    pub(super) fn stop(&mut self, session: &mut Session) -> Result<(), Failure> {
+    pub(super) fn stop(&mut self, session: &mut Session) -> Result<(), Error> {
         let Some(before) = self.before.take() else {
             return Ok(());
         };
@@ -330,7 +330,7 @@ impl Pdo {
         &self,
         link: &mut Link,
         time: Duration,
-    ) -> Result<Option<(Instant, Vec<i64>)>, Failure> {
+    ) -> Result<Option<(Instant, Vec<i64>)>, Error> {
         Layout::next(std::slice::from_ref(&self.layout), link, time)
     }
 }

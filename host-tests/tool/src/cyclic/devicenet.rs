@@ -13,7 +13,7 @@
 use super::Layout;
 use crate::client::Link;
 use crate::client::devicenet::{Path, Slave};
-use crate::failure::{Failure, Kind};
+use crate::error::{Error, Kind};
 use crate::output::Terminal;
 use crate::sample::Sampler;
 use crate::session::Session;
@@ -66,7 +66,7 @@ pub(super) fn start(
     sampler: &mut Sampler,
     every: u32,
     terminal: &mut Terminal,
-) -> Result<(Io, Option<Duration>), Failure> {
+) -> Result<(Io, Option<Duration>), Error> {
     if session.only_listens {
         return listened(session, (slave, tables), sampler, terminal);
     }
@@ -80,7 +80,7 @@ pub(super) fn start(
         let message = format!(
             "{name} is {text}, so the response to a poll has no angle: set {name}, or leave out --cyclic"
         );
-        return Err(Failure::refused("not-offered", message));
+        return Err(Error::refused("not-offered", message));
     };
     let mut io = Io {
         slave,
@@ -107,7 +107,7 @@ fn taken(
     slave: Slave,
     assembly: &Assembly,
     sampler: &mut Sampler,
-) -> Result<Option<Layout>, Failure> {
+) -> Result<Option<Layout>, Error> {
     let place = |entry: &Entry| {
         let mut words = assembly.words.iter();
         words.position(|id| {
@@ -142,7 +142,7 @@ fn listened(
     (slave, tables): (Slave, &Tables),
     sampler: &mut Sampler,
     terminal: &mut Terminal,
-) -> Result<(Io, Option<Duration>), Failure> {
+) -> Result<(Io, Option<Duration>), Error> {
     let (longest, _) = super::LISTENS;
     let size = session.link.wait_for(longest, |frame| {
         let is_io = slave.io().contains(&frame.can_id()) && !frame.is_remote();
@@ -153,7 +153,7 @@ fn listened(
         let message = format!(
             "another master owns the sensor with MAC ID {mac}, and no I/O message of the sensor comes: stop that master and repeat"
         );
-        return Err(Failure::refused("owned", message));
+        return Err(Error::refused("owned", message));
     };
     let mut assemblies = tables.assemblies.iter();
     let assembly = assemblies.find(|own| usize::from(own.size()) == size);
@@ -162,7 +162,7 @@ fn listened(
         let message = format!(
             "the I/O messages of the sensor have {size} bytes, which are no angles of this product: is --product right?"
         );
-        return Err(Failure::usage("wrong-product", message));
+        return Err(Error::usage("wrong-product", message));
     };
     let layouts = slave.io().map(|id| Layout {
         id,
@@ -188,7 +188,7 @@ fn listened(
 
 impl Io {
     /// Allocates the poll connection and sets its time-out.
-    fn connect(&mut self, session: &mut Session, every: u32) -> Result<(), Failure> {
+    fn connect(&mut self, session: &mut Session, every: u32) -> Result<(), Error> {
         let slave = self.slave;
         if let Err(failure) = slave.allocate_poll(&mut session.link) {
             // Without an answer it can be allocated.
@@ -207,7 +207,7 @@ impl Io {
         Ok(())
     }
 
-    pub(super) fn stop(&mut self, session: &mut Session) -> Result<(), Failure> {
+    pub(super) fn stop(&mut self, session: &mut Session) -> Result<(), Error> {
         match self.polls.take() {
             Some(_) => self.slave.release_poll(&mut session.link),
             None => Ok(()),
@@ -227,7 +227,7 @@ impl Io {
         &mut self,
         link: &mut Link,
         until: Instant,
-    ) -> Result<Option<(Instant, Vec<i64>)>, Failure> {
+    ) -> Result<Option<(Instant, Vec<i64>)>, Error> {
         loop {
             let now = link.now();
             let mut step = until;

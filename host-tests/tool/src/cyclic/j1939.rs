@@ -7,7 +7,7 @@
 
 use super::Message;
 use crate::client::j1939;
-use crate::failure::{Failure, Kind};
+use crate::error::{Error, Kind};
 use crate::sample::Sampler;
 use crate::sample::ssi2::{self, Angles};
 use crate::session::Session;
@@ -52,7 +52,7 @@ impl Sender {
         sampler: &Sampler,
         wanted: &[(Entry, u32)],
         time: Duration,
-    ) -> Result<Option<Message>, Failure> {
+    ) -> Result<Option<Message>, Error> {
         let until = after(session.link.now(), time);
         loop {
             if self.is_unchecked {
@@ -95,7 +95,7 @@ impl Sender {
 }
 
 /// Reads the settings, and fails if they are others. False: the sensor does not answer yet.
-fn is_as_before(session: &mut Session, wanted: &[(Entry, u32)]) -> Result<bool, Failure> {
+fn is_as_before(session: &mut Session, wanted: &[(Entry, u32)]) -> Result<bool, Error> {
     for (entry, raw) in wanted {
         let present = match session.read(entry) {
             Err(failure) if failure.kind == Kind::Silent => return Ok(false),
@@ -103,7 +103,7 @@ fn is_as_before(session: &mut Session, wanted: &[(Entry, u32)]) -> Result<bool, 
         };
         if present != *raw {
             let message = "the sensor was switched off and on, and sends with its stored period now: start the command again";
-            return Err(Failure::silent("restarted", message));
+            return Err(Error::silent("restarted", message));
         }
     }
     Ok(true)

@@ -14,7 +14,7 @@ pub mod identity;
 mod ini;
 
 use crate::backup::{Unread, read_file};
-use crate::failure::Failure;
+use crate::error::Error;
 use crate::output::Terminal;
 use crate::question::{Doubt, Question};
 use crate::session::Session;
@@ -109,17 +109,17 @@ impl Owner {
 ///
 /// # Errors
 /// The file cannot be read, or is not a data sheet with parameters.
-pub fn read(path: &Path) -> Result<Sheet, Failure> {
+pub fn read(path: &Path) -> Result<Sheet, Error> {
     let shown = path.display();
     let unreadable = |error: std::io::Error| {
         let message = format!(
             "cannot read {shown} ({error}): --eds takes the EDS file of the maker of the device"
         );
-        Failure::bus("no-file", message)
+        Error::bus("no-file", message)
     };
     let bad = |why: &str| {
         let message = format!("{shown} is not a data sheet (EDS): {why}; nothing was written");
-        Failure::usage("bad-file", message)
+        Error::usage("bad-file", message)
     };
     let bytes = read_file(path, LONGEST).map_err(|unread| match unread {
         Unread::Failed(error) => unreadable(error),
@@ -297,7 +297,7 @@ fn entry(title: &str, address: Address, data_type: DataType) -> Entry {
 ///
 /// # Errors
 /// The answer is no, nobody answers, or the adapter fails.
-pub fn check(session: &mut Session, terminal: &mut Terminal) -> Result<(), Failure> {
+pub fn check(session: &mut Session, terminal: &mut Terminal) -> Result<(), Error> {
     let Some(data_sheet) = session.sheet.data_sheet.clone() else {
         return Ok(());
     };
@@ -344,7 +344,7 @@ pub fn check(session: &mut Session, terminal: &mut Terminal) -> Result<(), Failu
         return Ok(());
     }
     let message = format!("the data sheet {text}: give the right file, or --yes");
-    Err(Failure::usage("wrong-product", message))
+    Err(Error::usage("wrong-product", message))
 }
 
 /// Vendor and product code of a device: object 1018h, or attributes of the identity object.

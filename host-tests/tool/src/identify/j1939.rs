@@ -4,7 +4,7 @@
 use super::{Found, TRIES, j1939_of, text_of};
 use crate::client::Link;
 use crate::client::j1939::{Answer, get, name};
-use crate::failure::Failure;
+use crate::error::Error;
 use crate::session::Target;
 use plumbline::j1939::identifier::{COMPONENT_IDENTIFICATION, Pgn, SOFTWARE_IDENTIFICATION};
 use plumbline::j1939::name::Name;
@@ -13,7 +13,7 @@ use plumbline::time::Duration;
 
 /// The node at an address, by its claim and its component identification (make, model, serial number, unit number); None if nobody
 /// answers.
-pub(super) fn ask(link: &mut Link, address: u8, time: Duration) -> Result<Option<Found>, Failure> {
+pub(super) fn ask(link: &mut Link, address: u8, time: Duration) -> Result<Option<Found>, Error> {
     let Some(own) = name(link, address, time)? else {
         return Ok(None);
     };
@@ -48,7 +48,7 @@ pub(super) fn ask(link: &mut Link, address: u8, time: Duration) -> Result<Option
 }
 
 /// The first software identification: a count, then texts that end with an asterisk.
-fn software(link: &mut Link, address: u8) -> Result<Option<String>, Failure> {
+fn software(link: &mut Link, address: u8) -> Result<Option<String>, Error> {
     let Some(bytes) = group(link, address, SOFTWARE_IDENTIFICATION)? else {
         return Ok(None);
     };
@@ -58,7 +58,7 @@ fn software(link: &mut Link, address: u8) -> Result<Option<String>, Failure> {
 }
 
 /// The data of a group, with repetitions.
-fn group(link: &mut Link, address: u8, pgn: Pgn) -> Result<Option<Vec<u8>>, Failure> {
+fn group(link: &mut Link, address: u8, pgn: Pgn) -> Result<Option<Vec<u8>>, Error> {
     for _ in 0..TRIES {
         match get(link, address, pgn)? {
             Answer::Data(data) => return Ok(Some(data)),

@@ -5,7 +5,7 @@ use super::set::write;
 use crate::client::devicenet::Slave;
 use crate::client::j1939;
 use crate::client::sdo::{self, Answer, Server};
-use crate::failure::Failure;
+use crate::error::Error;
 use crate::identify;
 use crate::plan::Values;
 use crate::scan::listen;
@@ -27,7 +27,7 @@ const RESTART: Duration = millis(3000);
 const CHECK: Duration = millis(4000);
 
 /// Changes the node-ID: write, save, reset node, then ask at the new one.
-pub(crate) fn node_id(session: &mut Session, new: u8) -> Result<Report, Failure> {
+pub(crate) fn node_id(session: &mut Session, new: u8) -> Result<Report, Error> {
     let (Protocol::Canopen(tables), Target::Canopen(old)) =
         (&session.sheet.product.protocol, session.target)
     else {
@@ -35,7 +35,7 @@ pub(crate) fn node_id(session: &mut Session, new: u8) -> Result<Report, Failure>
             "{} has no node-ID here: use `plumbline set`, `plumbline mac` or `plumbline address`",
             session.sheet.product.name
         );
-        return Err(Failure::usage("not-offered", message));
+        return Err(Error::usage("not-offered", message));
     };
     let entry = session.entry(tables.node_id)?;
     let permitted = if (1..=127).contains(&new) {
@@ -43,7 +43,7 @@ pub(crate) fn node_id(session: &mut Session, new: u8) -> Result<Report, Failure>
     } else {
         Err(format!("{new} is no node-ID: choose one from 1 to 127"))
     };
-    permitted.map_err(|why| Failure::usage("out-of-range", why))?;
+    permitted.map_err(|why| Error::usage("out-of-range", why))?;
     if new == old {
         return Ok(Report::done(format!("the node-ID is {new} already")));
     }
@@ -66,7 +66,7 @@ pub(crate) fn node_id(session: &mut Session, new: u8) -> Result<Report, Failure>
 }
 
 /// Changes the MAC ID; the sensor checks it and is on-line about two seconds later.
-pub(crate) fn mac(session: &mut Session, new: u8) -> Result<Report, Failure> {
+pub(crate) fn mac(session: &mut Session, new: u8) -> Result<Report, Error> {
     let (Protocol::Devicenet(tables), Target::Devicenet(old)) =
         (&session.sheet.product.protocol, session.target)
     else {
@@ -74,11 +74,11 @@ pub(crate) fn mac(session: &mut Session, new: u8) -> Result<Report, Failure> {
             "{} has no MAC ID: use `plumbline set`, `plumbline node-id` or `plumbline address`",
             session.sheet.product.name
         );
-        return Err(Failure::usage("not-offered", message));
+        return Err(Error::usage("not-offered", message));
     };
     let entry = session.entry(tables.roles.mac_id)?;
     let permitted = entry.check(new.into(), &entry.scale);
-    permitted.map_err(|why| Failure::usage("out-of-range", why))?;
+    permitted.map_err(|why| Error::usage("out-of-range", why))?;
     if new == old.mac {
         return Ok(Report::done(format!("the MAC ID is {new} already")));
     }
@@ -96,7 +96,7 @@ pub(crate) fn moves(product: &Product, entry: &Entry) -> bool {
 }
 
 /// Refuses values with a node-ID or MAC ID that is in use.
-pub(crate) fn check(session: &mut Session, values: &Values) -> Result<(), Failure> {
+pub(crate) fn check(session: &mut Session, values: &Values) -> Result<(), Error> {
     for (entry, raw) in values {
         let id = match entry.origin {
             Origin::Parameter(id) => id,
@@ -122,7 +122,7 @@ pub(crate) fn check(session: &mut Session, values: &Values) -> Result<(), Failur
 }
 
 /// Refuses an address that is in use: listens for its messages, then asks several times.
-pub(crate) fn free(session: &mut Session, target: Target) -> Result<(), Failure> {
+pub(crate) fn free(session: &mut Session, target: Target) -> Result<(), Error> {
     let ids: Vec<CanId> = match target {
         Target::Canopen(node) => [ERROR_CONTROL, SDO_REPLY, EMCY]
             .map(|base| CanId::standard(base + u16::from(node)))
@@ -148,7 +148,7 @@ pub(crate) fn free(session: &mut Session, target: Target) -> Result<(), Failure>
     }
     match is_used {
         false => Ok(()),
-        true => Err(Failure::refused(
+        true => Err(Error::refused(
             "address-in-use",
             format!(
                 "the {} is in use: nothing has changed. Choose another one; `plumbline scan --active` shows the devices on the bus",
@@ -159,7 +159,7 @@ pub(crate) fn free(session: &mut Session, target: Target) -> Result<(), Failure>
 }
 
 /// Writes the MAC ID, and waits until the sensor is on-line with it.
-pub(crate) fn move_mac(session: &mut Session, entry: &Entry, new: u8) -> Result<(), Failure> {
+pub(crate) fn move_mac(session: &mut Session, entry: &Entry, new: u8) -> Result<(), Error> {
     session.write_bytes(entry, &[new])?;
     session.moved(Target::Devicenet(Slave { mac: new }));
     let until = after(session.link.now(), CHECK);
@@ -174,9 +174,9 @@ pub(crate) fn move_mac(session: &mut Session, entry: &Entry, new: u8) -> Result<
 }
 
 /// The sensor was changed, but does not answer as it should now.
-pub(crate) fn missing(what: &str) -> Failure {
+pub(crate) fn missing(what: &str) -> Error {
     let message = format!(
         "the sensor does not answer at the {what}: switch it off and on, then `plumbline scan`"
     );
-    Failure::silent("no-answer", message)
+    Error::silent("no-answer", message)
 }

@@ -3,7 +3,7 @@
 use super::get::show;
 use super::report::{Adjusted, Report, Values};
 use super::set::needs_save;
-use crate::failure::{Failure, Kind};
+use crate::error::{Error, Kind};
 use crate::identify::Found;
 use crate::output::Terminal;
 use crate::question::{Change, Question};
@@ -53,7 +53,7 @@ impl What {
 }
 
 /// The angles; an angle that is not measured yet is left out.
-fn angles(session: &mut Session) -> Result<Values, Failure> {
+fn angles(session: &mut Session) -> Result<Values, Error> {
     let mut angles = Values::default();
     for id in session.sheet.product.guide.angles {
         let Some(entry) = session.sheet.value(*id).cloned() else {
@@ -76,7 +76,7 @@ pub(crate) fn confirm(
     found: &Found,
     change: Change,
     terminal: &mut Terminal,
-) -> Result<(), Failure> {
+) -> Result<(), Error> {
     let name = change.name();
     if name.is_in(terminal.yes) {
         return Ok(());
@@ -90,7 +90,7 @@ pub(crate) fn confirm(
     };
     match terminal.ask(&question)? {
         true => Ok(()),
-        false => Err(Failure::usage(
+        false => Err(Error::usage(
             "not-confirmed",
             format!("nothing has changed ({sensor}): --yes={name} answers the question"),
         )),
@@ -104,7 +104,7 @@ pub(crate) fn adjust(
     what: What,
     (axis, save): (Option<&str>, bool),
     terminal: &mut Terminal,
-) -> Result<Report, Failure> {
+) -> Result<Report, Error> {
     let product = session.sheet.product;
     let adjustments = what.adjustments(product);
     let chosen = chosen(session, what, adjustments, axis)?;
@@ -150,14 +150,14 @@ pub(crate) fn adjust(
 }
 
 /// The cause of a refusal.
-fn not_taken(failure: Failure) -> Failure {
+fn not_taken(failure: Error) -> Error {
     if failure.kind != Kind::Refused {
         return failure;
     }
     let message = format!(
         "the present position was not taken: the sensor has no valid angle now (its accelerometer clips, fails or gives no values), or it cannot use this position; {failure}"
     );
-    Failure { message, ..failure }
+    Error { message, ..failure }
 }
 
 /// The adjustments of the wanted axis, or of all axes that the sensor has.
@@ -166,14 +166,14 @@ fn chosen(
     what: What,
     adjustments: &'static [Adjustment],
     axis: Option<&str>,
-) -> Result<Vec<&'static Adjustment>, Failure> {
+) -> Result<Vec<&'static Adjustment>, Error> {
     let (product, what) = (session.sheet.product, what.name());
     if adjustments.is_empty() {
         let message = format!(
             "{} has no {what}: `plumbline parameters` lists what it has",
             product.name
         );
-        return Err(Failure::usage("not-offered", message));
+        return Err(Error::usage("not-offered", message));
     }
     let mut chosen: Vec<&Adjustment> = Vec::new();
     for adjustment in adjustments {
@@ -198,7 +198,7 @@ fn chosen(
             _ => format!("the axes are {}", axes.join(", ")),
         };
         let message = format!("{} has no such axis: {hint}", product.name);
-        return Err(Failure::usage("no-axis", message));
+        return Err(Error::usage("no-axis", message));
     }
     Ok(chosen)
 }

@@ -5,7 +5,7 @@ use super::rate::answers;
 use super::{Report, address, adjust};
 use crate::adapter::Mode;
 use crate::connect::{factory_rate, factory_target};
-use crate::failure::Failure;
+use crate::error::Error;
 use crate::identify::Found;
 use crate::output::Terminal;
 use crate::question::Change;
@@ -16,7 +16,7 @@ pub(super) fn load(
     session: &mut Session,
     found: &Found,
     terminal: &mut Terminal,
-) -> Result<Report, Failure> {
+) -> Result<Report, Error> {
     let product = session.sheet.product;
     let after_restart = session
         .loads_at_restart()

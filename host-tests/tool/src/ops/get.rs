@@ -1,7 +1,7 @@
 //! `get`: reads parameters and values.
 
 use super::report::{Shown, Values};
-use crate::failure::Failure;
+use crate::error::Error;
 use crate::number::Scale;
 use crate::resolve;
 use crate::session::Session;
@@ -16,7 +16,7 @@ const SERIAL_NUMBER: &str = "serial-number";
 ///
 /// # Errors
 /// A name is not known, the sensor refuses, nobody answers, or the adapter fails.
-pub fn get(session: &mut Session, names: &[String]) -> Result<Values, Failure> {
+pub fn get(session: &mut Session, names: &[String]) -> Result<Values, Error> {
     let mut entries: Vec<Entry> = Vec::new();
     for name in names {
         entries.extend(resolve::entries(&session.sheet, name)?.into_iter().cloned());
@@ -44,7 +44,7 @@ pub fn get(session: &mut Session, names: &[String]) -> Result<Values, Failure> {
 ///
 /// # Errors
 /// The sensor refuses, nobody answers, or the adapter fails.
-pub fn show(session: &mut Session, entry: &Entry) -> Result<Shown, Failure> {
+pub fn show(session: &mut Session, entry: &Entry) -> Result<Shown, Error> {
     if entry.data_type == DataType::Text {
         let bytes = session.read_bytes(entry)?;
         return Ok(shown_text(&entry.name, &bytes));

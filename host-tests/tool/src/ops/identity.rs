@@ -3,7 +3,7 @@
 use crate::client::devicenet::{Path as ObjectPath, Response};
 use crate::client::sdo::Answer;
 use crate::client::{fsc, j1939};
-use crate::failure::Failure;
+use crate::error::Error;
 use crate::output::Terminal;
 use crate::session::{Session, Target};
 use descriptors::unit::{self, Sheet, Value};
@@ -60,11 +60,11 @@ impl Told {
 ///
 /// # Errors
 /// The product is not known, nobody answers, or the adapter fails.
-pub fn told(session: &mut Session, terminal: &mut Terminal) -> Result<Told, Failure> {
+pub fn told(session: &mut Session, terminal: &mut Terminal) -> Result<Told, Error> {
     let product = session.sheet.product;
     if session.sheet.data_sheet.is_some() {
         let message = "an identity belongs to a product of the catalogue: give it with --product NAME, without --eds";
-        return Err(Failure::usage("unknown-product", message));
+        return Err(Error::usage("unknown-product", message));
     }
     let mut sheet = Sheet::default();
     for value in values(session, product)? {
@@ -78,14 +78,14 @@ pub fn told(session: &mut Session, terminal: &mut Terminal) -> Result<Told, Fail
         }
     }
     let unit = sheet.unit(product);
-    let unit = unit.map_err(|why| Failure::refused("unexpected-answer", why))?;
+    let unit = unit.map_err(|why| Error::refused("unexpected-answer", why))?;
     Ok(Told { product, unit })
 }
 
 type Values = Vec<(&'static str, Value)>;
 
 /// What the sensor tells; what it does not have is left out.
-fn values(session: &mut Session, product: &Product) -> Result<Values, Failure> {
+fn values(session: &mut Session, product: &Product) -> Result<Values, Error> {
     let mut values = match session.target {
         Target::Fsc(sensor) => {
             let article = fsc::must(&mut session.link, sensor, 0x03, fsc::ANSWER)?.data;
@@ -125,7 +125,7 @@ fn texts<const N: usize>(values: [(&'static str, Option<Vec<u8>>); N]) -> Values
     values.collect()
 }
 
-fn canopen(session: &mut Session) -> Result<Values, Failure> {
+fn canopen(session: &mut Session) -> Result<Values, Error> {
     let Some(server) = session.target.server() else {
         return Ok(Values::new());
     };
@@ -159,7 +159,7 @@ fn canopen(session: &mut Session) -> Result<Values, Failure> {
 }
 
 /// Only standard requests: the objects of another maker's sensor are not in the proprietary group.
-fn j1939_values(session: &mut Session, address: u8) -> Result<Values, Failure> {
+fn j1939_values(session: &mut Session, address: u8) -> Result<Values, Error> {
     let mut group = |pgn| {
         for _ in 0..TRIES {
             match j1939::get(&mut session.link, address, pgn)? {
@@ -168,7 +168,7 @@ fn j1939_values(session: &mut Session, address: u8) -> Result<Values, Failure> {
                 j1939::Answer::Silent => {}
             }
         }
-        Ok::<_, Failure>(None)
+        Ok::<_, Error>(None)
     };
     let field = |data: &[u8], place: usize| {
         let field = data.split(|byte| *byte == b'*').nth(place);
@@ -191,7 +191,7 @@ fn j1939_values(session: &mut Session, address: u8) -> Result<Values, Failure> {
     Ok(values)
 }
 
-fn devicenet(session: &mut Session) -> Result<Values, Failure> {
+fn devicenet(session: &mut Session) -> Result<Values, Error> {
     let Target::Devicenet(slave) = session.target else {
         return Ok(Values::new());
     };

@@ -6,7 +6,7 @@
 use super::Report;
 use super::address::{free, missing};
 use crate::client::j1939::{self, ANSWER};
-use crate::failure::Failure;
+use crate::error::Error;
 use crate::identify::j1939_of;
 use crate::session::{Session, Target};
 use plumbline::j1939::name::Name;
@@ -18,14 +18,14 @@ use serde::Serialize;
 const RESTART: Duration = millis(3000);
 
 /// Shows or changes the address.
-pub(super) fn address(session: &mut Session, new: Option<u8>) -> Result<Report, Failure> {
+pub(super) fn address(session: &mut Session, new: Option<u8>) -> Result<Report, Error> {
     let tables = j1939_of(session.sheet.product);
     let (Some(tables), Target::J1939(old)) = (tables, session.target) else {
         let message = format!(
             "{} does not speak J1939 here: use `plumbline set`, `plumbline node-id` or `plumbline mac`",
             session.sheet.product.name
         );
-        return Err(Failure::usage("not-offered", message));
+        return Err(Error::usage("not-offered", message));
     };
     let name = j1939::name(&mut session.link, old, ANSWER)?;
     let name = name.ok_or_else(|| missing(&format!("address {old}")))?;
@@ -34,7 +34,7 @@ pub(super) fn address(session: &mut Session, new: Option<u8>) -> Result<Report, 
     };
     let entry = session.entry(tables.address)?;
     let permitted = entry.check(new.into(), &entry.scale);
-    permitted.map_err(|why| Failure::usage("out-of-range", why))?;
+    permitted.map_err(|why| Error::usage("out-of-range", why))?;
     if new != old {
         free(session, Target::J1939(new))?;
         let claimed = j1939::command_address(&mut session.link, name, new)?;
@@ -60,7 +60,7 @@ pub(super) fn address(session: &mut Session, new: Option<u8>) -> Result<Report, 
 }
 
 /// Waits until the sensor answers at the address of the session.
-fn answers(session: &mut Session, name: Name) -> Result<(), Failure> {
+fn answers(session: &mut Session, name: Name) -> Result<(), Error> {
     let Target::J1939(address) = session.target else {
         return Ok(());
     };
@@ -117,7 +117,7 @@ fn show(
     address: u8,
     Name(number): Name,
     preferred: ParameterId,
-) -> Result<Shown, Failure> {
+) -> Result<Shown, Error> {
     let entry = session.entry(preferred)?;
     Ok(Shown {
         address,

@@ -1,7 +1,7 @@
 //! `label`: the name of a sensor on this computer.
 
 use super::Report;
-use crate::failure::Failure;
+use crate::error::Error;
 use crate::identify::Found;
 use crate::labels::Labels;
 use crate::output::Terminal;
@@ -20,7 +20,7 @@ pub(crate) fn label(
     found: &Found,
     change: Change,
     terminal: &mut Terminal,
-) -> Result<Report, Failure> {
+) -> Result<Report, Error> {
     let before = labels.name(found);
     match change {
         Change::Show => {}

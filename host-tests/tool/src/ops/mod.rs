@@ -13,7 +13,7 @@ pub mod report;
 pub mod request;
 pub(crate) mod set;
 
-use crate::failure::Failure;
+use crate::error::Error;
 use crate::identify::{self, Found};
 use crate::labels::Labels;
 use crate::output::Terminal;
@@ -32,7 +32,7 @@ pub fn perform(
     found: &Found,
     (labels, checks): (&mut Labels, bool),
     terminal: &mut Terminal,
-) -> Result<Report, Failure> {
+) -> Result<Report, Error> {
     // What is not read twice is not read before other operations: they wait, restart, or use other services.
     let is_one_piece = matches!(
         request,
@@ -57,7 +57,7 @@ fn performed(
     found: &Found,
     (labels, checks): (&mut Labels, bool),
     terminal: &mut Terminal,
-) -> Result<Report, Failure> {
+) -> Result<Report, Error> {
     if session.sheet.data_sheet.is_some() {
         request.check_described()?;
     }

@@ -8,7 +8,7 @@ use crate::client::devicenet::Slave;
 use crate::client::fsc::Sensor;
 use crate::client::lss;
 use crate::client::sdo::Server;
-use crate::failure::Failure;
+use crate::error::Error;
 use crate::identify::{self, Found};
 use crate::output::Terminal;
 use crate::question::Change;
@@ -41,7 +41,7 @@ pub(super) fn rate(
     found: &Found,
     new: NewRate,
     terminal: &mut Terminal,
-) -> Result<Report, Failure> {
+) -> Result<Report, Error> {
     let (entry, raw) = code(session, new)?;
     let old = session.link.rate();
     if session.read(&entry)? == raw && (new == NewRate::Automatic || old == new.fixed()) {
@@ -76,7 +76,7 @@ pub(super) fn rate(
             // It has its old address too. The questions at the wrong rate disturb it for a while.
             let is_at_old = answers(session, session.target, found)?;
             Err(match (is_at_old, old) {
-                (true, Some(old)) => Failure::refused(
+                (true, Some(old)) => Error::refused(
                     "not-restarted",
                     format!(
                         "{new} is stored, but the sensor still has {}: switch it off and on",
@@ -93,7 +93,7 @@ pub(super) fn rate(
 type Codes = Vec<(u32, Option<BitRate>)>;
 
 /// The parameter of the bit rate, and its raw numbers.
-fn codes(session: &Session) -> Result<(ParameterId, Codes), Failure> {
+fn codes(session: &Session) -> Result<(ParameterId, Codes), Error> {
     Ok(match &session.sheet.product.protocol {
         Protocol::Fsc(tables) => {
             let rates = (0..).zip(tables.roles.bit_rates.iter().copied());
@@ -110,13 +110,13 @@ fn codes(session: &Session) -> Result<(ParameterId, Codes), Failure> {
         }
         Protocol::J1939(_) => {
             let message = "J1939 has no parameter with the bit rate";
-            return Err(Failure::usage("not-offered", message));
+            return Err(Error::usage("not-offered", message));
         }
     })
 }
 
 /// The parameter of the bit rate, and its raw number for a rate.
-fn code(session: &Session, new: NewRate) -> Result<(Entry, u32), Failure> {
+fn code(session: &Session, new: NewRate) -> Result<(Entry, u32), Error> {
     let product = session.sheet.product;
     let wanted = new.fixed();
     let (id, mut rates) = codes(session)?;
@@ -134,12 +134,12 @@ fn code(session: &Session, new: NewRate) -> Result<(Entry, u32), Failure> {
             product.name,
             names.join(", ")
         );
-        Failure::usage("out-of-range", message)
+        Error::usage("out-of-range", message)
     })
 }
 
 /// Refuses a rate that the adapter does not have: the sensor could not be reached any more. The adapter only listens meanwhile.
-fn reachable(session: &mut Session, new: NewRate) -> Result<(), Failure> {
+fn reachable(session: &mut Session, new: NewRate) -> Result<(), Error> {
     let sets_rate = session.link.adapter().capabilities().sets_rate;
     let (Some(rate), true) = (new.fixed(), sets_rate) else {
         return Ok(());
@@ -148,7 +148,7 @@ fn reachable(session: &mut Session, new: NewRate) -> Result<(), Failure> {
     let opened = session.link.open(Some(rate), Mode::Listen);
     session.link.open(old, Mode::Active)?;
     match opened {
-        Err(failure) if failure.code == "rate-refused" => Err(Failure::bus(
+        Err(failure) if failure.code == "rate-refused" => Err(Error::bus(
             "rate-refused",
             format!(
                 "{}; nothing has changed: choose a rate that the adapter has",
@@ -161,7 +161,7 @@ fn reachable(session: &mut Session, new: NewRate) -> Result<(), Failure> {
 }
 
 /// The bit rate after the restart: a changed one acts then. With automatic detection it is that of the bus.
-pub(crate) fn next_rate(session: &mut Session) -> Result<Option<BitRate>, Failure> {
+pub(crate) fn next_rate(session: &mut Session) -> Result<Option<BitRate>, Error> {
     let (id, rates) = codes(session)?;
     let entry = session.entry(id)?;
     let raw = session.read(&entry)?;
@@ -170,7 +170,7 @@ pub(crate) fn next_rate(session: &mut Session) -> Result<Option<BitRate>, Failur
 }
 
 /// The address after the restart: a changed one acts then too.
-pub(crate) fn next_target(session: &mut Session) -> Result<Target, Failure> {
+pub(crate) fn next_target(session: &mut Session) -> Result<Target, Error> {
     let product = session.sheet.product;
     let is_j1939 = matches!(session.target, Target::J1939(_));
     let mut value = |id: ParameterId| {
@@ -189,7 +189,7 @@ pub(crate) fn next_target(session: &mut Session) -> Result<Target, Failure> {
         Protocol::Canopen(tables) => match value(tables.node_id)? {
             UNCONFIGURED => {
                 let message = "the node-ID is 255 after the restart, so the tool cannot read from the sensor: give it one with `plumbline node-id`";
-                return Err(Failure::usage("no-address", message));
+                return Err(Error::usage("no-address", message));
             }
             node => Target::Canopen(node as u8),
         },
@@ -201,7 +201,7 @@ pub(crate) fn next_target(session: &mut Session) -> Result<Target, Failure> {
 }
 
 /// Writes the rate and stores it: by LSS where the product has it, which stores nothing else.
-fn store(session: &mut Session, entry: &Entry, new: NewRate, raw: u32) -> Result<(), Failure> {
+fn store(session: &mut Session, entry: &Entry, new: NewRate, raw: u32) -> Result<(), Error> {
     if let (Protocol::Canopen(tables), Target::Canopen(node)) =
         (&session.sheet.product.protocol, session.target)
         && let Some(index) = new.fixed().filter(|_| tables.lss).and_then(lss::index)
@@ -226,11 +226,7 @@ fn store(session: &mut Session, entry: &Entry, new: NewRate, raw: u32) -> Result
 }
 
 /// Waits until the sensor answers after its restart.
-pub(super) fn answers(
-    session: &mut Session,
-    target: Target,
-    found: &Found,
-) -> Result<bool, Failure> {
+pub(super) fn answers(session: &mut Session, target: Target, found: &Found) -> Result<bool, Error> {
     let until = after(session.link.now(), RESTART);
     loop {
         let answer = identify::ask(&mut session.link, target, identify::PATIENT)?;

@@ -4,7 +4,7 @@ use super::Report;
 use crate::client::devicenet::Path;
 use crate::client::sdo::{Answer, reason};
 use crate::client::{Link, fsc, j1939, refusal};
-use crate::failure::Failure;
+use crate::error::Error;
 use crate::session::Target;
 use plumbline::canopen::Abort;
 use plumbline::fsc::table::{Function, Operation};
@@ -21,7 +21,7 @@ const LENGTHS: [u32; 3] = [
 ///
 /// # Errors
 /// The request is not valid, the sensor refuses, nobody answers, or the adapter fails.
-pub(crate) fn send(link: &mut Link, target: Target, request: &str) -> Result<Report, Failure> {
+pub(crate) fn send(link: &mut Link, target: Target, request: &str) -> Result<Report, Error> {
     let answer = answered(link, target, request)?;
     Ok(Report::Raw {
         request: request.to_owned(),
@@ -29,7 +29,7 @@ pub(crate) fn send(link: &mut Link, target: Target, request: &str) -> Result<Rep
     })
 }
 
-fn answered(link: &mut Link, target: Target, request: &str) -> Result<Vec<u8>, Failure> {
+fn answered(link: &mut Link, target: Target, request: &str) -> Result<Vec<u8>, Error> {
     match target {
         Target::Fsc(sensor) => {
             let bytes = bytes(request)?;
@@ -96,24 +96,24 @@ fn errors() -> u8 {
 }
 
 /// A GEMAC sensor has refused a request. The bits stay until the status is read.
-fn refused(request: &str, reply: &fsc::Reply) -> Failure {
+fn refused(request: &str, reply: &fsc::Reply) -> Error {
     let message = format!(
         "the sensor refused {request}, or an earlier request: its answer has the status {:02X}h. {}; `plumbline raw 02` reads and clears the status",
         reply.status,
         refusal::LIST
     );
-    Failure::refused("refused", message)
+    Error::refused("refused", message)
 }
 
 /// The sensor has refused the number of bytes.
-fn wrong_length(what: &str, code: u32, mut data: Vec<u8>, length: usize) -> Failure {
+fn wrong_length(what: &str, code: u32, mut data: Vec<u8>, length: usize) -> Error {
     data.resize(length, 0);
     let message = format!(
         "the sensor refused {what}: {} ({code:08X}h). The object has {length} bytes: write all bytes of the object, for example {}",
         reason(code),
         joined(&data)
     );
-    Failure::refused("refused", message)
+    Error::refused("refused", message)
 }
 
 fn joined(bytes: &[u8]) -> String {
@@ -151,7 +151,7 @@ fn only_reads(code: u8) -> bool {
 }
 
 /// Requests a group of a J1939 node.
-fn group(link: &mut Link, address: u8, request: &str) -> Result<Vec<u8>, Failure> {
+fn group(link: &mut Link, address: u8, request: &str) -> Result<Vec<u8>, Error> {
     const HIGHEST: u32 = 0x3_FFFF;
     let pgn = u32::from_str_radix(request.trim(), 16).map_err(|_| bad(request))?;
     if pgn > HIGHEST {
@@ -159,13 +159,13 @@ fn group(link: &mut Link, address: u8, request: &str) -> Result<Vec<u8>, Failure
     }
     match j1939::get(link, address, pgn)? {
         j1939::Answer::Data(data) => Ok(data),
-        j1939::Answer::Refused => Err(Failure::refused(
+        j1939::Answer::Refused => Err(Error::refused(
             "refused",
             format!(
                 "the node does not have the group {pgn:05X}h, or cannot send it now: check the number, or repeat"
             ),
         )),
-        j1939::Answer::Silent => Err(Failure::silent(
+        j1939::Answer::Silent => Err(Error::silent(
             "no-answer",
             format!(
                 "the J1939 address {address} does not answer: `plumbline scan` finds the sensor"
@@ -175,7 +175,7 @@ fn group(link: &mut Link, address: u8, request: &str) -> Result<Vec<u8>, Failure
 }
 
 /// Hexadecimal bytes, with or without spaces.
-fn bytes(text: &str) -> Result<Vec<u8>, Failure> {
+fn bytes(text: &str) -> Result<Vec<u8>, Error> {
     let digits: Vec<u8> = text
         .bytes()
         .filter(|byte| !byte.is_ascii_whitespace())
@@ -190,11 +190,11 @@ fn bytes(text: &str) -> Result<Vec<u8>, Failure> {
         .collect())
 }
 
-fn bad(request: &str) -> Failure {
+fn bad(request: &str) -> Error {
     let message = format!(
         "{request:?} is not a valid request: use bytes like 0300 (GEMAC), INDEX:SUB like 1018:1 or 6000:0=0A00 (CANopen), 0E650172 (DeviceNet), FEEB (J1939)"
     );
-    Failure::usage("bad-request", message)
+    Error::usage("bad-request", message)
 }
 
 #[cfg(test)]

@@ -1,7 +1,7 @@
 //! The operations on a sensor, as the command line and the page ask for them.
 
 use crate::cli::{Axis, NewRate, new_rate};
-use crate::failure::Failure;
+use crate::error::Error;
 use crate::known::{assignments, known, new_rates, parameters, text};
 use clap::Subcommand;
 use serde::{Deserialize, Deserializer};
@@ -112,7 +112,7 @@ impl Request {
     ///
     /// # Errors
     /// It is one.
-    pub fn check_described(&self) -> Result<(), Failure> {
+    pub fn check_described(&self) -> Result<(), Error> {
         match self {
             Self::NodeId { .. }
             | Self::Mac { .. }
@@ -120,7 +120,7 @@ impl Request {
             | Self::Zero { .. }
             | Self::Teach { .. } => {
                 let message = "a data sheet does not describe this command: use `plumbline set` with the names that `plumbline parameters` lists";
-                Err(Failure::usage("not-offered", message))
+                Err(Error::usage("not-offered", message))
             }
             _ => Ok(()),
         }

@@ -3,7 +3,7 @@
 use super::address;
 use super::get::show;
 use super::report::{Report, Values as Read};
-use crate::failure::Failure;
+use crate::error::Error;
 use crate::output::Terminal;
 use crate::plan;
 use crate::resolve;
@@ -21,7 +21,7 @@ pub(crate) fn set(
     assignments: &[String],
     save: bool,
     terminal: &mut Terminal,
-) -> Result<Report, Failure> {
+) -> Result<Report, Error> {
     let sheet = session.sheet.clone();
     let mut wanted = Vec::new();
     for assignment in assignments {
@@ -43,7 +43,7 @@ pub(crate) fn set(
                     "{}={text:?}: it takes up to {LONGEST_TEXT} letters, digits and signs",
                     entry.name
                 );
-                return Err(Failure::usage("bad-value", message));
+                return Err(Error::usage("bad-value", message));
             }
             texts.push((entry.clone(), text));
             continue;
@@ -63,7 +63,7 @@ pub(crate) fn set(
                 entry.name,
                 String::from_utf8_lossy(&read)
             );
-            return Err(Failure::refused("not-written", message));
+            return Err(Error::refused("not-written", message));
         }
     }
     let mut read = Read::default();
@@ -103,12 +103,12 @@ fn is_text(read: &[u8], text: &str) -> bool {
 }
 
 /// Refuses a name that is given twice.
-pub(crate) fn once_each<'a>(entries: impl Iterator<Item = &'a Entry>) -> Result<(), Failure> {
+pub(crate) fn once_each<'a>(entries: impl Iterator<Item = &'a Entry>) -> Result<(), Error> {
     let mut seen: Vec<&str> = Vec::new();
     for entry in entries {
         if seen.contains(&entry.name.as_str()) {
             let message = format!("{} is given twice: give it once", entry.name);
-            return Err(Failure::usage("given-twice", message));
+            return Err(Error::usage("given-twice", message));
         }
         seen.push(&entry.name);
     }
@@ -116,12 +116,7 @@ pub(crate) fn once_each<'a>(entries: impl Iterator<Item = &'a Entry>) -> Result<
 }
 
 /// The raw number of a text, within the permitted values. Its unit is the unit after the writes of `others`.
-fn check(
-    session: &mut Session,
-    entry: &Entry,
-    text: &str,
-    others: &Checked,
-) -> Result<u32, Failure> {
+fn check(session: &mut Session, entry: &Entry, text: &str, others: &Checked) -> Result<u32, Error> {
     let mut resolutions = others.iter();
     let resolution = resolutions.find(|(other, _)| {
         session.sheet.is_resolution(other) && session.sheet.follows_resolution(entry)
@@ -134,7 +129,7 @@ fn check(
 }
 
 /// Checks values against each other and against the values in the sensor.
-pub(crate) fn constrain(session: &mut Session, values: &Checked) -> Result<(), Failure> {
+pub(crate) fn constrain(session: &mut Session, values: &Checked) -> Result<(), Error> {
     for constraint in session.sheet.product.constraints {
         let (one, other) = parameters(constraint);
         let is_set = |id: ParameterId| {
@@ -148,14 +143,14 @@ pub(crate) fn constrain(session: &mut Session, values: &Checked) -> Result<(), F
         let first = present(session, values, one)?;
         let second = present(session, values, other)?;
         if let Some(message) = session.sheet.broken(constraint, first, second) {
-            return Err(Failure::usage("out-of-range", message));
+            return Err(Error::usage("out-of-range", message));
         }
     }
     Ok(())
 }
 
 /// The value of a parameter after the writes.
-fn present(session: &mut Session, values: &Checked, id: ParameterId) -> Result<u32, Failure> {
+fn present(session: &mut Session, values: &Checked, id: ParameterId) -> Result<u32, Error> {
     let own = values
         .iter()
         .find(|(entry, _)| entry.origin == Origin::Parameter(id));
@@ -169,7 +164,7 @@ fn present(session: &mut Session, values: &Checked, id: ParameterId) -> Result<u
 }
 
 /// Writes values in an order that the sensor accepts, and reads them back. The MAC ID comes last, because the sensor has it at once.
-pub(crate) fn write(session: &mut Session, values: &Checked) -> Result<(), Failure> {
+pub(crate) fn write(session: &mut Session, values: &Checked) -> Result<(), Error> {
     let product = session.sheet.product;
     let (moving, rest): (Checked, Checked) = values
         .iter()
@@ -184,7 +179,7 @@ pub(crate) fn write(session: &mut Session, values: &Checked) -> Result<(), Failu
 }
 
 /// Compares values with the values in the sensor.
-pub(crate) fn read_back(session: &mut Session, values: &Checked) -> Result<(), Failure> {
+pub(crate) fn read_back(session: &mut Session, values: &Checked) -> Result<(), Error> {
     for (entry, raw) in values {
         if !entry.readable || entry.command {
             continue;
@@ -197,7 +192,7 @@ pub(crate) fn read_back(session: &mut Session, values: &Checked) -> Result<(), F
                 entry.text(*raw),
                 entry.text(read)
             );
-            return Err(Failure::refused("not-written", message));
+            return Err(Error::refused("not-written", message));
         }
     }
     Ok(())

@@ -1,7 +1,7 @@
 //! COB-IDs and mappings of CANopen: the service is switched off while they change.
 
 use super::Values;
-use crate::failure::Failure;
+use crate::error::Error;
 use crate::session::Session;
 use crate::sheet::{Address, Entry};
 use plumbline::canopen::cob_id::DISABLED;
@@ -45,7 +45,7 @@ fn communication(entry: &Entry) -> Option<u16> {
 const MAPPING: u16 = 0x200;
 
 /// Writes the COB-IDs and mappings of PDOs, and returns the other values.
-pub(super) fn pdos(session: &mut Session, values: Values) -> Result<Values, Failure> {
+pub(super) fn pdos(session: &mut Session, values: Values) -> Result<Values, Error> {
     let (values, rest): (Values, Values) = values
         .into_iter()
         .partition(|(entry, _)| communication(entry).is_some());
@@ -90,7 +90,7 @@ impl Pdo {
         }
     }
 
-    fn write(&self, session: &mut Session) -> Result<(), Failure> {
+    fn write(&self, session: &mut Session) -> Result<(), Error> {
         let before = self.present(session)?;
         let Some(cob_id) = &self.cob_id else {
             return self.change(session, &before.mapping);
@@ -110,7 +110,7 @@ impl Pdo {
         written
     }
 
-    fn present(&self, session: &mut Session) -> Result<Before, Failure> {
+    fn present(&self, session: &mut Session) -> Result<Before, Error> {
         let mut before = Before {
             mapping: Values::new(),
             settings: Values::new(),
@@ -156,7 +156,7 @@ impl Pdo {
     }
 
     /// Writes the settings, and the mapped objects while their number is 0.
-    fn change(&self, session: &mut Session, mapping: &Values) -> Result<(), Failure> {
+    fn change(&self, session: &mut Session, mapping: &Values) -> Result<(), Error> {
         for entry in &self.settings {
             session.write(std::slice::from_ref(entry))?;
         }
@@ -175,7 +175,7 @@ impl Pdo {
 }
 
 /// Writes the old settings, then the old mapping in the reverse order, and its number at the end.
-fn undo(session: &mut Session, before: &Before) -> Result<(), Failure> {
+fn undo(session: &mut Session, before: &Before) -> Result<(), Error> {
     for (entry, raw) in &before.settings {
         session.put_back(entry, *raw)?;
     }
@@ -190,7 +190,7 @@ fn undo(session: &mut Session, before: &Before) -> Result<(), Failure> {
 }
 
 /// Writes the other COB-IDs, and returns the other values. An identifier changes while its service is off.
-pub(super) fn others(session: &mut Session, values: Values) -> Result<Values, Failure> {
+pub(super) fn others(session: &mut Session, values: Values) -> Result<Values, Error> {
     let (cob_ids, rest): (Values, Values) = values
         .into_iter()
         .partition(|(entry, _)| entry.node_relative);

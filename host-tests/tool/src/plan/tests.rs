@@ -80,13 +80,13 @@ impl Adapter for Bus {
         }
     }
 
-    fn open(&mut self, _: Option<BitRate>, _: Mode) -> Result<(), Failure> {
+    fn open(&mut self, _: Option<BitRate>, _: Mode) -> Result<(), Error> {
         Ok(())
     }
 
     fn close(&mut self) {}
 
-    fn send(&mut self, frame: &Frame) -> Result<(), Failure> {
+    fn send(&mut self, frame: &Frame) -> Result<(), Error> {
         let node = &mut *self.0.borrow_mut();
         match (frame.can_id().bits(), frame.bytes()) {
             (0, &[command, NODE]) => {
@@ -108,7 +108,7 @@ impl Adapter for Bus {
         Ok(())
     }
 
-    fn receive(&mut self, until: Instant) -> Result<Option<(Instant, Frame)>, Failure> {
+    fn receive(&mut self, until: Instant) -> Result<Option<(Instant, Frame)>, Error> {
         let node = &mut *self.0.borrow_mut();
         if let Some(received) = node.frames.pop_front() {
             node.now = node.now.max(received.0);
@@ -146,7 +146,7 @@ fn written(
     stores: u32,
     forbids_operational: bool,
     heartbeat: u32,
-) -> (Result<(), Failure>, Rc<RefCell<Node>>) {
+) -> (Result<(), Error>, Rc<RefCell<Node>>) {
     let start = Instant::from_ticks(0);
     let node = Rc::new(RefCell::new(Node {
         now: start,

@@ -1,7 +1,7 @@
 //! The angles in the J1939 group SSI2.
 
 use crate::client::{Link, j1939};
-use crate::failure::Failure;
+use crate::error::Error;
 use crate::number::Scale;
 use plumbline::can::Frame;
 use plumbline::j1939::groups;
@@ -25,7 +25,7 @@ pub type Angles = [Option<i64>; COUNT];
 ///
 /// # Errors
 /// The adapter fails.
-pub fn broadcast(link: &mut Link, address: u8, time: Duration) -> Result<Option<Angles>, Failure> {
+pub fn broadcast(link: &mut Link, address: u8, time: Duration) -> Result<Option<Angles>, Error> {
     link.wait_for(time, |frame| of(frame, address))
 }
 
@@ -39,7 +39,7 @@ pub fn of(frame: &Frame, address: u8) -> Option<Angles> {
 ///
 /// # Errors
 /// The errors of [`j1939::get`].
-pub(super) fn request(link: &mut Link, address: u8) -> Result<Option<Angles>, Failure> {
+pub(super) fn request(link: &mut Link, address: u8) -> Result<Option<Angles>, Error> {
     let [group, ..] = groups::GROUPS;
     Ok(match j1939::get(link, address, group.pgn)? {
         j1939::Answer::Data(data) => angles(&data),

@@ -11,7 +11,7 @@ use crate::client::devicenet::Slave;
 use crate::client::fsc::{self, Sensor};
 use crate::client::{Link, j1939, lss};
 use crate::connect::factory_targets;
-use crate::failure::Failure;
+use crate::error::Error;
 use crate::identify;
 use crate::output::{Progress, Terminal};
 use crate::session::Target;
@@ -65,7 +65,7 @@ impl Questions<'_> {
         rates: &[Option<BitRate>],
         rows: &mut Rows,
         terminal: &mut Terminal,
-    ) -> Result<(), Failure> {
+    ) -> Result<(), Error> {
         let total = PASSES.len() * rates.len();
         for (pass, (latency, what)) in (0..).zip(PASSES) {
             for (place, rate) in (0..).zip(rates) {
@@ -120,7 +120,7 @@ impl Questions<'_> {
         latency: Duration,
         rows: &mut Rows,
         terminal: &mut Terminal,
-    ) -> Result<(), Failure> {
+    ) -> Result<(), Error> {
         if self.permit(target)
             && !rows.has_answered(target)
             && let Some(found) = identify::ask(link, target, latency)?
@@ -136,7 +136,7 @@ impl Questions<'_> {
         link: &mut Link,
         rows: &mut Rows,
         terminal: &mut Terminal,
-    ) -> Result<(), Failure> {
+    ) -> Result<(), Error> {
         let what = of(EVERYBODY, link.rate());
         let step = |terminal: &mut Terminal, done: u8| {
             let progress = Progress {
@@ -190,7 +190,7 @@ impl Questions<'_> {
         link: &mut Link,
         rows: &mut Rows,
         terminal: &mut Terminal,
-    ) -> Result<(), Failure> {
+    ) -> Result<(), Error> {
         for sensor in link.take_booted()? {
             for _ in 0..3 {
                 self.one(link, Target::Fsc(sensor), fsc::ANSWER, rows, terminal)?;
@@ -206,7 +206,7 @@ impl Questions<'_> {
         link: &mut Link,
         rows: &mut Rows,
         terminal: &mut Terminal,
-    ) -> Result<(), Failure> {
+    ) -> Result<(), Error> {
         if !self.search {
             return self.everybody(link, rows, terminal);
         }
@@ -226,7 +226,7 @@ impl Questions<'_> {
         link: &mut Link,
         rows: &mut Rows,
         terminal: &mut Terminal,
-    ) -> Result<(), Failure> {
+    ) -> Result<(), Error> {
         const STATUS: u8 = 0x02;
         let wait = search_wait(link);
         let seconds = searching(link) / 1_000_000;

@@ -3,7 +3,7 @@
 use super::schedule::{Lone, Schedule, Step};
 use crate::adapter::Mode;
 use crate::client::{Link, stopped};
-use crate::failure::Failure;
+use crate::error::Error;
 use crate::output::{Progress, Terminal};
 use crate::question::Question;
 use plumbline::can::{BitRate, Frame};
@@ -38,10 +38,10 @@ pub fn all(
     link: &mut Link,
     schedule: &Schedule,
     terminal: &mut Terminal,
-) -> Result<Option<Traffic>, Failure> {
+) -> Result<Option<Traffic>, Error> {
     let total = schedule.steps.len();
     // An adapter does not have every rate.
-    let mut refused: Vec<(Option<BitRate>, Failure)> = Vec::new();
+    let mut refused: Vec<(Option<BitRate>, Error)> = Vec::new();
     if schedule.is_shown {
         terminal.note(SWITCH);
     }
@@ -120,12 +120,12 @@ pub fn all(
 }
 
 /// The adapter refuses all bit rates at which the tool must listen.
-fn all_refused(mut refused: Vec<(Option<BitRate>, Failure)>) -> Failure {
+fn all_refused(mut refused: Vec<(Option<BitRate>, Error)>) -> Error {
     match (refused.pop(), refused.is_empty()) {
         (Some((_, only)), true) => only,
         _ => {
             let message = "the adapter refuses all bit rates: another program may have it open, or it is not an slcan adapter. Close the other program, or check --port";
-            Failure::bus("adapter-refused", message)
+            Error::bus("adapter-refused", message)
         }
     }
 }
@@ -141,7 +141,7 @@ enum End {
 }
 
 /// The frames until then. The first one counts also if it is late: the computer can have been busy with something else.
-fn hear(link: &mut Link, mut until: Instant, end: End) -> Result<Vec<(Instant, Frame)>, Failure> {
+fn hear(link: &mut Link, mut until: Instant, end: End) -> Result<Vec<(Instant, Frame)>, Error> {
     let (mut frames, mut lone) = (Vec::new(), Lone::default());
     let mut is_last_look = false;
     loop {
@@ -175,11 +175,7 @@ fn hear(link: &mut Link, mut until: Instant, end: End) -> Result<Vec<(Instant, F
 ///
 /// # Errors
 /// The question was answered with no, or the adapter fails.
-pub fn open(
-    link: &mut Link,
-    rate: Option<BitRate>,
-    terminal: &mut Terminal,
-) -> Result<(), Failure> {
+pub fn open(link: &mut Link, rate: Option<BitRate>, terminal: &mut Terminal) -> Result<(), Error> {
     match quiet(link, rate, terminal) {
         Err(failure) if failure.code == "no-listen-only" => {
             if !link.takes_part() {
@@ -193,19 +189,19 @@ pub fn open(
 }
 
 /// Asks whether an adapter without listen-only mode may take part in the bus.
-fn confirmed(rate: Option<BitRate>, terminal: &mut Terminal) -> Result<(), Failure> {
+fn confirmed(rate: Option<BitRate>, terminal: &mut Terminal) -> Result<(), Error> {
     let rate = rate.map(|rate| rate.name().to_owned());
     if terminal.ask(&Question::TakePart { rate })? {
         terminal.note("the adapter has no listen-only mode: it acknowledges the messages of other devices while the tool listens");
         return Ok(());
     }
     let message = "the adapter has no listen-only mode, so it was not opened: --yes lets it take part in the bus; with --id, --node, --mac or --address the tool asks the sensor without listening first";
-    Err(Failure::usage("no-listen-only", message))
+    Err(Error::usage("no-listen-only", message))
 }
 
 /// Opens the adapter in listen-only mode. This program does not change the mode of an interface: if it takes part in the bus, its frames
 /// are read, and a note says so once.
-fn quiet(link: &mut Link, rate: Option<BitRate>, terminal: &mut Terminal) -> Result<(), Failure> {
+fn quiet(link: &mut Link, rate: Option<BitRate>, terminal: &mut Terminal) -> Result<(), Error> {
     let sets_rate = link.adapter().capabilities().sets_rate;
     match link.open(rate, Mode::Listen) {
         Err(failure) if failure.code == "no-listen-only" && !sets_rate => {
@@ -228,7 +224,7 @@ pub fn once(
     link: &mut Link,
     rate: Option<BitRate>,
     terminal: &mut Terminal,
-) -> Result<Option<Traffic>, Failure> {
+) -> Result<Option<Traffic>, Error> {
     open(link, rate, terminal)?;
     let (rate, frames) = (link.rate(), collect(link, LONG)?);
     link.close();
@@ -239,7 +235,7 @@ pub fn once(
 ///
 /// # Errors
 /// The adapter fails.
-pub fn collect(link: &mut Link, time: Duration) -> Result<Vec<(Instant, Frame)>, Failure> {
+pub fn collect(link: &mut Link, time: Duration) -> Result<Vec<(Instant, Frame)>, Error> {
     let until = after(link.now(), time);
     hear(link, until, End::Time)
 }

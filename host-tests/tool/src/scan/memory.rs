@@ -3,7 +3,7 @@
 use super::listen::{self, Traffic};
 use super::schedule::Schedule;
 use crate::client::Link;
-use crate::failure::Failure;
+use crate::error::Error;
 use crate::output::Terminal;
 use std::cell::RefCell;
 use std::rc::Rc;
@@ -23,7 +23,7 @@ impl Memory {
         link: &mut Link,
         schedule: &Schedule,
         terminal: &mut Terminal,
-    ) -> Result<Option<Traffic>, Failure> {
+    ) -> Result<Option<Traffic>, Error> {
         let kept = self.0.borrow().clone();
         let heard = match kept {
             Some(Some(traffic)) => return Ok(Some(traffic)),

@@ -20,7 +20,7 @@ use crate::adapter::{Adapter, Mode};
 use crate::client::Link;
 use crate::client::fsc::shown;
 use crate::connect::RATES;
-use crate::failure::{Failure, Kind};
+use crate::error::{Error, Kind};
 use crate::identify;
 use crate::labels::Labels;
 use crate::output::Terminal;
@@ -60,7 +60,7 @@ pub fn run(
     options: Options,
     labels: Labels,
     terminal: &mut Terminal,
-) -> Result<Value, Failure> {
+) -> Result<Value, Error> {
     let mut link = Link::new(adapter, &terminal.stopped);
     let rates = match (options.rate, link.adapter().capabilities().sets_rate) {
         (Some(rate), _) => vec![Some(rate)],
@@ -86,7 +86,7 @@ pub fn run(
     if rows.rows.is_empty() {
         return Err(match heard {
             Some(heard) => unknown(&heard),
-            None => Failure::silent(
+            None => Error::silent(
                 "nothing-found",
                 "no sensor was found: check power, wiring and terminators, then switch the sensor off and on during `plumbline scan`, or try `plumbline scan --search`",
             ),
@@ -99,7 +99,7 @@ pub fn run(
 const NAMED: usize = 8;
 
 /// There is traffic, but nobody in it was recognised, and nobody has answered.
-fn unknown(heard: &Traffic) -> Failure {
+fn unknown(heard: &Traffic) -> Error {
     let mut ids = Vec::new();
     for (_, frame) in &heard.frames {
         if !ids.contains(&frame.can_id()) {
@@ -120,7 +120,7 @@ fn unknown(heard: &Traffic) -> Failure {
         "traffic{at} ({}), no sensor recognised: switch the sensor off and on during `plumbline {option}scan`, or give its address with --id, --node, --mac or --address; if no other device is on the bus, try `plumbline {option}scan --search`",
         named.join(", ")
     );
-    Failure::silent("nothing-found", message)
+    Error::silent("nothing-found", message)
 }
 
 /// Adds what is found to the rows, and returns what was heard.
@@ -130,7 +130,7 @@ fn find(
     options: &Options,
     rows: &mut Rows,
     terminal: &mut Terminal,
-) -> Result<Option<Traffic>, Failure> {
+) -> Result<Option<Traffic>, Error> {
     // With --active or --search the tool does not wait for a sensor that is switched on.
     let waits = !options.active && !options.search;
     let schedule = Schedule::of(rates, waits).shown();
@@ -193,7 +193,7 @@ fn known(
     sightings: &[Sighting],
     rows: &mut Rows,
     terminal: &mut Terminal,
-) -> Result<(), Failure> {
+) -> Result<(), Error> {
     for sighting in sightings {
         let mut row = sighting.row.clone();
         let question = |target: Target| Question::Likely {
@@ -218,7 +218,7 @@ fn known(
 }
 
 /// The answer of a node that was heard, to at most this number of questions.
-fn asked(link: &mut Link, target: Target, most: usize) -> Result<Option<Row>, Failure> {
+fn asked(link: &mut Link, target: Target, most: usize) -> Result<Option<Row>, Error> {
     let until = after(link.now(), passive::patience(&target));
     for _ in 0..most {
         if let Some(found) = identify::ask(link, target, identify::PATIENT)? {

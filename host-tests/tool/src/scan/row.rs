@@ -1,7 +1,7 @@
 //! What a scan has found, as a document and as a line.
 
 use crate::client::fsc::shown;
-use crate::failure::Failure;
+use crate::error::Error;
 use crate::identify::Found;
 use crate::labels::Labels;
 use crate::output::Terminal;
@@ -239,7 +239,7 @@ impl Rows {
         rate: Option<BitRate>,
         mut row: Row,
         terminal: &mut Terminal,
-    ) -> Result<(), Failure> {
+    ) -> Result<(), Error> {
         if let Row::Found(found) = &mut row {
             found.label = self.labels.name(found);
         }

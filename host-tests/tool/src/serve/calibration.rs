@@ -9,7 +9,7 @@ use crate::calibrate::host::{Host, Question, State, Step};
 use crate::calibrate::log::Source;
 use crate::calibrate::rest::Average;
 use crate::command::calibrate;
-use crate::failure::Failure;
+use crate::error::Error;
 use serde::Deserialize;
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
@@ -56,12 +56,12 @@ impl Unit {
     ///
     /// # Errors
     /// That.
-    pub fn check(&self) -> Result<(), Failure> {
+    pub fn check(&self) -> Result<(), Error> {
         match (&self.store, &self.product) {
             (Some(_), None) => {
                 let message =
                     "a store file belongs to one product: give the product with --product NAME";
-                Err(Failure::usage("unknown-product", message))
+                Err(Error::usage("unknown-product", message))
             }
             _ => Ok(()),
         }
@@ -161,7 +161,7 @@ impl Calibration {
     ///
     /// # Errors
     /// There is no unit, it runs already, or the question is an old one.
-    pub fn handle(&self, wanted: Wanted) -> Result<(), Failure> {
+    pub fn handle(&self, wanted: Wanted) -> Result<(), Error> {
         let mut inner = locked(&self.inner);
         let running = inner.running.as_ref();
         let running = running.filter(|running| !running.thread.is_finished());
@@ -169,14 +169,14 @@ impl Calibration {
             (Wanted::Start, None) => {
                 let Some(unit) = &self.unit else {
                     let message = "there is no unit: start `plumbline serve --calibrate FILE -- COMMAND` with the command that prints its log";
-                    return Err(Failure::usage("no-unit", message));
+                    return Err(Error::usage("no-unit", message));
                 };
                 inner.running = Some(self.start(unit.clone())?);
                 Ok(())
             }
             (Wanted::Start, Some(_)) => {
                 let message = "the calibration runs already: answer its question, or stop it";
-                Err(Failure::usage("running", message))
+                Err(Error::usage("running", message))
             }
             (Wanted::Stop, Some(running)) => {
                 locked(&running.shared).stopped = true;
@@ -189,7 +189,7 @@ impl Calibration {
         }
     }
 
-    fn start(&self, unit: Unit) -> Result<Running, Failure> {
+    fn start(&self, unit: Unit) -> Result<Running, Error> {
         let (answers, receiver) = channel();
         let shared = Arc::new(Mutex::new(Shared::default()));
         let (hub, own) = (self.hub.clone(), shared.clone());
@@ -210,7 +210,7 @@ impl Calibration {
                 };
                 page.run(&unit, number);
             })
-            .map_err(|error| Failure::bus("no-thread", error.to_string()))?;
+            .map_err(|error| Error::bus("no-thread", error.to_string()))?;
         Ok(Running {
             thread,
             answers,
@@ -231,14 +231,14 @@ fn is_demo(unit: &Unit) -> bool {
     unit.source == Some(Source::Demonstration)
 }
 
-fn old() -> Failure {
+fn old() -> Error {
     let message = "this question already has an answer: check the position that the page shows now";
-    Failure::usage("old-question", message)
+    Error::usage("old-question", message)
 }
 
 impl Running {
     /// A question takes one answer: a second click, or one in another tab, never takes the next position.
-    fn answer(&self, number: u64, answer: Answer) -> Result<(), Failure> {
+    fn answer(&self, number: u64, answer: Answer) -> Result<(), Error> {
         let mut shared = locked(&self.shared);
         if shared.question != Some(number) {
             return Err(old());

@@ -8,7 +8,7 @@
 //! A tab gets the newest event of each kind first, except samples, and the log. The stream of a tab that does not read ends: the tab
 //! opens another one and knows the present state again. The numbers of the samples show what is missing.
 
-use crate::failure::Failure;
+use crate::error::Error;
 use serde_json::Value;
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -100,14 +100,14 @@ impl Hub {
     ///
     /// # Errors
     /// There are five tabs already.
-    pub fn subscribe(&self) -> Result<Receiver<Event>, Failure> {
+    pub fn subscribe(&self) -> Result<Receiver<Event>, Error> {
         let mut inner = self.inner();
         inner.tabs.retain(|tab| !tab.is_closed());
         if inner.tabs.len() >= TABS {
             let message = format!(
                 "{TABS} tabs are already open: close one of them, then this page connects automatically"
             );
-            return Err(Failure::bus("too-many-tabs", message));
+            return Err(Error::bus("too-many-tabs", message));
         }
         let (tab, events) = channel(WAITING);
         let actions = inner.actions.iter().map(|(_, event)| event);

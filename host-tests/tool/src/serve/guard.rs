@@ -10,7 +10,7 @@
 //! | POST has `application/json`, and is not too long (only `/api/`) | forms of other pages |
 
 use super::api::{App, LONGEST, Refusal};
-use crate::failure::Failure;
+use crate::error::Error;
 use axum::extract::{Request, State};
 use axum::http::header::{self, HeaderName, HeaderValue};
 use axum::http::{HeaderMap, Method, StatusCode};
@@ -51,7 +51,7 @@ pub async fn check(State(app): State<Arc<App>>, request: Request, next: Next) ->
         Ok(()) => next.run(request).await,
         Err((status, why)) => Refusal {
             status,
-            failure: Failure::usage("forbidden", why),
+            failure: Error::usage("forbidden", why),
         }
         .into_response(),
     };

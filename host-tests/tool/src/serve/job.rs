@@ -4,7 +4,7 @@ use super::line::{self, Words};
 use super::sheets::Sheets;
 use crate::adapter::Adapter;
 use crate::cli::{Cli, Options};
-use crate::failure::Failure;
+use crate::error::Error;
 use crate::ops::Request;
 use crate::question::{Name, Question};
 use clap::Parser;
@@ -13,7 +13,7 @@ use serde_json::Value;
 use tokio::sync::oneshot;
 
 /// Opens the adapter of a port, in the thread of the worker.
-pub type Opener = Box<dyn FnMut(&str) -> Result<Box<dyn Adapter>, Failure> + Send>;
+pub type Opener = Box<dyn FnMut(&str) -> Result<Box<dyn Adapter>, Error> + Send>;
 
 /// What the page offers first.
 #[derive(Clone, Debug)]
@@ -92,7 +92,7 @@ impl Connect {
     ///
     /// # Errors
     /// There is an address without a protocol, or no such data sheet.
-    pub fn words(&self, sheets: &Sheets) -> Result<Words, Failure> {
+    pub fn words(&self, sheets: &Sheets) -> Result<Words, Error> {
         let mut words = vec!["--port".to_owned(), self.port.clone()];
         if let Some(rate) = self.rate {
             words.extend(["--rate".to_owned(), rate.to_string()]);
@@ -100,7 +100,7 @@ impl Connect {
         if let Some(address) = &self.address {
             let option = self.protocol.as_deref().and_then(line::address_option);
             let option = option.ok_or_else(|| {
-                Failure::usage(
+                Error::usage(
                     "bad-request",
                     "an address needs its protocol: fsc, canopen, devicenet or j1939",
                 )
@@ -194,19 +194,19 @@ pub struct Job {
     /// The job to do.
     pub task: Task,
     /// The channel for the answer. If it is closed, nobody waits for the answer.
-    pub reply: oneshot::Sender<Result<Value, Failure>>,
+    pub reply: oneshot::Sender<Result<Value, Error>>,
 }
 
 /// A command of these words. The values of the page are never options.
 ///
 /// # Errors
 /// The words are no command.
-pub fn parse(words: &Words) -> Result<Cli, Failure> {
+pub fn parse(words: &Words) -> Result<Cli, Error> {
     let all = ["plumbline", "--json"].into_iter().map(str::to_owned);
     Cli::try_parse_from(all.chain(words.iter().cloned())).map_err(|error| {
         let text = error.to_string();
         let line = text.lines().next().unwrap_or_default();
-        Failure::usage("bad-request", line.trim_start_matches("error: "))
+        Error::usage("bad-request", line.trim_start_matches("error: "))
     })
 }
 
@@ -214,7 +214,7 @@ pub fn parse(words: &Words) -> Result<Cli, Failure> {
 ///
 /// # Errors
 /// The words are no options.
-pub fn options(words: &Words) -> Result<Options, Failure> {
+pub fn options(words: &Words) -> Result<Options, Error> {
     let all = [words.clone(), vec!["man".to_owned()]].concat();
     Ok(parse(&all)?.options)
 }

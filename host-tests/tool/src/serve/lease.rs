@@ -3,7 +3,7 @@
 use super::tap::Tap;
 use crate::adapter::unread::Unread;
 use crate::adapter::{Adapter, Capabilities, Mode};
-use crate::failure::Failure;
+use crate::error::Error;
 use plumbline::can::{BitRate, Frame};
 use plumbline::time::Instant;
 use std::cell::RefCell;
@@ -67,7 +67,7 @@ impl Adapter for Lease {
         self.0.borrow().adapter.capabilities()
     }
 
-    fn open(&mut self, rate: Option<BitRate>, mode: Mode) -> Result<(), Failure> {
+    fn open(&mut self, rate: Option<BitRate>, mode: Mode) -> Result<(), Error> {
         let mut shared = self.0.borrow_mut();
         // An interface has a rate of its own, which need not be given.
         let own = shared.adapter.rate();
@@ -91,7 +91,7 @@ impl Adapter for Lease {
         shared.adapter.close();
     }
 
-    fn send(&mut self, frame: &Frame) -> Result<(), Failure> {
+    fn send(&mut self, frame: &Frame) -> Result<(), Error> {
         let mut shared = self.0.borrow_mut();
         shared.adapter.send(frame)?;
         let now = shared.adapter.now();
@@ -99,7 +99,7 @@ impl Adapter for Lease {
         Ok(())
     }
 
-    fn receive(&mut self, until: Instant) -> Result<Option<(Instant, Frame)>, Failure> {
+    fn receive(&mut self, until: Instant) -> Result<Option<(Instant, Frame)>, Error> {
         let mut shared = self.0.borrow_mut();
         let received = shared.adapter.receive(until)?;
         if let Some((at, frame)) = &received {

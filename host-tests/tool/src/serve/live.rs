@@ -2,7 +2,7 @@
 
 use super::events::{Hub, Kind};
 use super::sheets::Sheets;
-use crate::failure::{Failure, Kind as Refusal};
+use crate::error::{Error, Kind as Refusal};
 use crate::identify::Found;
 use crate::sample::{Sample, Sampler};
 use crate::scan::kbits;
@@ -86,7 +86,7 @@ impl Live {
         found: Found,
         connection: u64,
         samples_per_second: u32,
-    ) -> Result<Self, Failure> {
+    ) -> Result<Self, Error> {
         session.expected = found.identity().serial();
         let sampler = sampler(&mut session)?;
         let now = session.link.now();
@@ -126,7 +126,7 @@ impl Live {
     ///
     /// # Errors
     /// The adapter fails.
-    pub fn release(&mut self) -> Result<(), Failure> {
+    pub fn release(&mut self) -> Result<(), Error> {
         let was_ending = self.session.link.set_ending(true);
         let released = self.session.release();
         self.session.link.set_ending(was_ending);
@@ -142,7 +142,7 @@ impl Live {
     ///
     /// # Errors
     /// The adapter fails.
-    pub fn resume(&mut self) -> Result<(), Failure> {
+    pub fn resume(&mut self) -> Result<(), Error> {
         let now = self.session.link.now();
         match sampler(&mut self.session) {
             Ok(sampler) => {
@@ -179,7 +179,7 @@ impl Live {
     ///
     /// # Errors
     /// The adapter fails.
-    pub fn turn(&mut self, hub: &Hub) -> Result<(), Failure> {
+    pub fn turn(&mut self, hub: &Hub) -> Result<(), Error> {
         // A stop is for a command: a poll is short, and is not stopped in its middle.
         let was_ending = self.session.link.set_ending(true);
         let result = self.turned(hub);
@@ -187,7 +187,7 @@ impl Live {
         result
     }
 
-    fn turned(&mut self, hub: &Hub) -> Result<(), Failure> {
+    fn turned(&mut self, hub: &Hub) -> Result<(), Error> {
         let now = self.session.link.now();
         match self.period {
             Some(period) if now >= self.next => self.poll(period, hub)?,
@@ -211,7 +211,7 @@ impl Live {
         Ok(())
     }
 
-    fn poll(&mut self, period: Duration, hub: &Hub) -> Result<(), Failure> {
+    fn poll(&mut self, period: Duration, hub: &Hub) -> Result<(), Error> {
         let Some(sampler) = &mut self.sampler else {
             return Ok(());
         };
@@ -303,7 +303,7 @@ impl Live {
         }
     }
 
-    fn read_register(&mut self, hub: &Hub) -> Result<(), Failure> {
+    fn read_register(&mut self, hub: &Hub) -> Result<(), Error> {
         let Some(entry) = self.register.clone() else {
             return Ok(());
         };
@@ -354,7 +354,7 @@ impl Live {
 }
 
 /// The angles of a sensor; None: its data sheet does not say which values they are.
-fn sampler(session: &mut Session) -> Result<Option<Sampler>, Failure> {
+fn sampler(session: &mut Session) -> Result<Option<Sampler>, Error> {
     match Sampler::new(session) {
         Err(failure) if failure.code == "no-angles" => Ok(None),
         sampler => sampler.map(Some),

@@ -32,7 +32,7 @@ pub mod tap;
 pub mod worker;
 
 use crate::cli::Options;
-use crate::failure::Failure;
+use crate::error::Error;
 use crate::output::Terminal;
 use api::App;
 use calibration::{Calibration, Unit};
@@ -87,7 +87,7 @@ impl Server {
     ///
     /// # Errors
     /// The address is in use or does not exist, there are no random numbers, a store file has no product, or the data sheet is none.
-    pub fn bind(mut settings: Settings) -> Result<Self, Failure> {
+    pub fn bind(mut settings: Settings) -> Result<Self, Error> {
         let sheets = Arc::new(Sheets::default());
         if let Some(path) = &settings.options.eds {
             let kept = sheets.read(path)?;
@@ -98,7 +98,7 @@ impl Server {
         }
         let wanted = settings.listen;
         let in_use = |error: std::io::Error| {
-            Failure::bus(
+            Error::bus(
                 "no-listen",
                 format!(
                     "cannot listen on {wanted} ({error}): choose another port with --listen 127.0.0.1:0"
@@ -151,8 +151,8 @@ impl Server {
     ///
     /// # Errors
     /// The network of this computer failed.
-    pub fn run(self, opener: Opener, stopped: &dyn Fn() -> bool) -> Result<(), Failure> {
-        let failed = |error: std::io::Error| Failure::bus("no-server", error.to_string());
+    pub fn run(self, opener: Opener, stopped: &dyn Fn() -> bool) -> Result<(), Error> {
+        let failed = |error: std::io::Error| Error::bus("no-server", error.to_string());
         let (hub, stop) = (Arc::new(Hub::default()), Arc::new(AtomicBool::new(false)));
         let (jobs, receiver) = channel();
         let options = &self.settings.options;
@@ -221,7 +221,7 @@ impl Server {
 ///
 /// # Errors
 /// The address is in use, or the network of this computer failed.
-pub fn run(settings: Settings, opens: bool, terminal: &mut Terminal) -> Result<(), Failure> {
+pub fn run(settings: Settings, opens: bool, terminal: &mut Terminal) -> Result<(), Error> {
     let server = Server::bind(settings)?;
     let url = server.url();
     terminal.line(&url)?;
@@ -241,9 +241,9 @@ pub fn run(settings: Settings, opens: bool, terminal: &mut Terminal) -> Result<(
 }
 
 /// A secret of 128 random bits, as 32 hexadecimal digits.
-fn token() -> Result<String, Failure> {
+fn token() -> Result<String, Error> {
     let mut bytes = [0; 16];
     getrandom::fill(&mut bytes)
-        .map_err(|error| Failure::bus("no-random", format!("no random numbers: {error}")))?;
+        .map_err(|error| Error::bus("no-random", format!("no random numbers: {error}")))?;
     Ok(bytes.iter().map(|byte| format!("{byte:02x}")).collect())
 }

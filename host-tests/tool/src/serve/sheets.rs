@@ -5,7 +5,7 @@
 
 use crate::backup::{Backup, product_in};
 use crate::eds;
-use crate::failure::Failure;
+use crate::error::Error;
 use crate::identify::{self, protocol_of};
 use crate::sheet::Sheet;
 use serde_json::{Value, json};
@@ -76,7 +76,7 @@ impl Sheets {
     ///
     /// # Errors
     /// The file cannot be read, or is not a data sheet with parameters.
-    pub fn read(&self, path: &Path) -> Result<Arc<Kept>, Failure> {
+    pub fn read(&self, path: &Path) -> Result<Arc<Kept>, Error> {
         let sheet = eds::read(path)?;
         self.keep(path.to_string_lossy().into_owned(), sheet)
     }
@@ -85,13 +85,13 @@ impl Sheets {
     ///
     /// # Errors
     /// It is not a data sheet with parameters, or is too long.
-    pub fn add(&self, name: &str, text: &str) -> Result<Arc<Kept>, Failure> {
+    pub fn add(&self, name: &str, text: &str) -> Result<Arc<Kept>, Error> {
         let bad = |why: &str| {
             let message = format!(
                 "{} is not a data sheet (EDS): {why}; choose the EDS file of the maker of the device",
                 shown(name)
             );
-            Failure::usage("bad-file", message)
+            Error::usage("bad-file", message)
         };
         if text.len() > LONGEST {
             return Err(bad("it is longer than 1 MiB"));
@@ -100,7 +100,7 @@ impl Sheets {
         self.keep(shown(name), sheet)
     }
 
-    fn keep(&self, name: String, sheet: Sheet) -> Result<Arc<Kept>, Failure> {
+    fn keep(&self, name: String, sheet: Sheet) -> Result<Arc<Kept>, Error> {
         let mut kept = self.kept();
         // The same file has the same product.
         let is_same = |own: &&Arc<Kept>| std::ptr::eq(own.sheet.product, sheet.product);
@@ -108,7 +108,7 @@ impl Sheets {
             return Ok(own.clone());
         }
         let unwritten = |error: std::io::Error| {
-            Failure::bus("no-file", format!("cannot write a temporary file: {error}"))
+            Error::bus("no-file", format!("cannot write a temporary file: {error}"))
         };
         let mut file = NamedTempFile::with_suffix(".eds").map_err(unwritten)?;
         let text = sheet.data_sheet.as_ref().map(|own| own.text.clone());
@@ -128,7 +128,7 @@ impl Sheets {
     ///
     /// # Errors
     /// There is no such data sheet.
-    pub fn find(&self, key: &str) -> Result<Option<Arc<Kept>>, Failure> {
+    pub fn find(&self, key: &str) -> Result<Option<Arc<Kept>>, Error> {
         if !key.starts_with(KEY) {
             return Ok(None);
         }
@@ -137,7 +137,7 @@ impl Sheets {
         found.map(Some).ok_or_else(|| {
             let message =
                 "the server does not have this data sheet any more: choose its file again";
-            Failure::usage("unknown-product", message)
+            Error::usage("unknown-product", message)
         })
     }
 
@@ -145,7 +145,7 @@ impl Sheets {
     ///
     /// # Errors
     /// There is none.
-    pub fn sheet(&self, key: &str) -> Result<Sheet, Failure> {
+    pub fn sheet(&self, key: &str) -> Result<Sheet, Error> {
         Ok(match self.find(key)? {
             Some(kept) => kept.sheet.clone(),
             None => Sheet::of(identify::product(key)?),

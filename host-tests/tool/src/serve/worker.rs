@@ -15,7 +15,7 @@ use crate::adapter::unread::Unread;
 use crate::adapter::{Adapter, Mode};
 use crate::client::Link;
 use crate::connect;
-use crate::failure::{Failure, Kind as Refusal};
+use crate::error::{Error, Kind as Refusal};
 use crate::identify::{self, Identity};
 use crate::labels::Labels;
 use crate::output::Terminal;
@@ -146,7 +146,7 @@ impl Worker {
         let _ = self.close();
     }
 
-    fn turn(&mut self) -> Result<(), Failure> {
+    fn turn(&mut self) -> Result<(), Error> {
         if self.port.is_none() {
             return Ok(());
         }
@@ -170,7 +170,7 @@ impl Worker {
     }
 
     /// An adapter that has failed ends the connection, with its reason.
-    fn survive(&mut self, result: Result<(), Failure>) {
+    fn survive(&mut self, result: Result<(), Error>) {
         if let Err(failure) = result
             && failure.code != "stopped"
         {
@@ -191,7 +191,7 @@ impl Worker {
     }
 
     /// Ends the session and closes the adapter, which is kept for the next connection.
-    fn close(&mut self) -> Result<(), Failure> {
+    fn close(&mut self) -> Result<(), Error> {
         let result = match std::mem::replace(&mut self.state, State::Closed) {
             State::Active(mut live) => live.release(),
             _ => Ok(()),
@@ -204,7 +204,7 @@ impl Worker {
     }
 
     /// The adapter of a port. The adapter of another port is dropped first.
-    fn lease(&mut self, port: &str) -> Result<Lease, Failure> {
+    fn lease(&mut self, port: &str) -> Result<Lease, Error> {
         if let Some((own, lease)) = &self.port
             && own == port
         {
@@ -217,7 +217,7 @@ impl Worker {
         Ok(lease)
     }
 
-    fn work(&mut self, task: Task) -> Result<Value, Failure> {
+    fn work(&mut self, task: Task) -> Result<Value, Error> {
         match task {
             Task::Connect(connect) => self.connect(&connect),
             Task::Disconnect => {
@@ -254,7 +254,7 @@ impl Worker {
         unread.unwrap_or_default()
     }
 
-    fn connect(&mut self, wanted: &Connect) -> Result<Value, Failure> {
+    fn connect(&mut self, wanted: &Connect) -> Result<Value, Error> {
         let mut shown = wanted.words(&self.sheets)?;
         shown.push(match wanted.mode {
             Part::Listen => "log".to_owned(),
@@ -293,7 +293,7 @@ impl Worker {
         number: u64,
         notes: &mut Notes,
         memory: Memory,
-    ) -> Result<Value, Failure> {
+    ) -> Result<Value, Error> {
         let options = options(&wanted.words(&self.sheets)?)?;
         let sheet = self
             .sheets
@@ -319,7 +319,7 @@ impl Worker {
                 None if lease.capabilities().needs_rate => {
                     let heard = connect::traffic(&mut link, &mut terminal)?;
                     heard.map(|heard| heard.rate).ok_or_else(|| {
-                        Failure::silent(
+                        Error::silent(
                             "no-answer",
                             "there is no traffic, so the bit rate is unknown: choose the bit rate, or connect actively",
                         )
@@ -359,7 +359,7 @@ impl Worker {
         let (session, found) = match opened {
             // The page asks the user, and tries again.
             Err(failure) if failure.kind == Refusal::Usage && !answers.asked.is_empty() => {
-                return Err(Failure::asks(answers.asked));
+                return Err(Error::asks(answers.asked));
             }
             opened => opened?,
         };

@@ -5,7 +5,7 @@ use crate::client::devicenet::Path;
 use crate::client::fsc;
 use crate::client::nmt::{self, Command};
 use crate::client::sdo::Server;
-use crate::failure::Failure;
+use crate::error::Error;
 use crate::sheet::Entry;
 use plumbline::canopen::dictionary::{Service, Starts, Target as ObjectTarget, Use};
 use plumbline::devicenet::service;
@@ -23,7 +23,7 @@ impl Session {
     ///
     /// # Errors
     /// The sensor refuses, nobody answers, or the adapter fails. The message says what the user has to set.
-    pub fn put_back(&mut self, entry: &Entry, raw: u32) -> Result<(), Failure> {
+    pub fn put_back(&mut self, entry: &Entry, raw: u32) -> Result<(), Error> {
         let was_ending = self.link.set_ending(true);
         let value = [(entry.clone(), raw)];
         let mut written = self.write(&value);
@@ -34,7 +34,7 @@ impl Session {
             }
         }
         self.link.set_ending(was_ending);
-        written.map_err(|failure| Failure {
+        written.map_err(|failure| Error {
             message: format!(
                 "{}; the tool could not restore {}, which was {}: `plumbline set {}=raw:{raw}`, or switch the sensor off and on",
                 failure.message,
@@ -50,7 +50,7 @@ impl Session {
     ///
     /// # Errors
     /// The sensor refuses, nobody answers, or the adapter fails.
-    pub(crate) fn serial(&mut self) -> Result<Option<u32>, Failure> {
+    pub(crate) fn serial(&mut self) -> Result<Option<u32>, Error> {
         const FSC: u8 = 0x04;
         let bytes = match self.target {
             Target::Fsc(sensor) => {
@@ -75,14 +75,14 @@ impl Session {
     ///
     /// # Errors
     /// The sensor refuses, nobody answers, or the adapter fails.
-    pub fn save(&mut self) -> Result<&'static str, Failure> {
+    pub fn save(&mut self) -> Result<&'static str, Error> {
         match &self.sheet.product.protocol {
             Protocol::Fsc(tables) => self.signed(tables, Operation::Save)?,
             Protocol::Canopen(tables) => {
                 let is = |service| matches!(service, Service::Store | Service::StoreGroup);
                 let [object, ..] = services(tables, is)[..] else {
                     let message = "the device has no object that stores its parameters (1010h)";
-                    return Err(Failure::usage("not-offered", message));
+                    return Err(Error::usage("not-offered", message));
                 };
                 self.object(object, b"save", "save")?;
             }
@@ -108,7 +108,7 @@ impl Session {
     ///
     /// # Errors
     /// The sensor refuses, nobody answers, or the adapter fails.
-    pub fn load_factory(&mut self) -> Result<&'static str, Failure> {
+    pub fn load_factory(&mut self) -> Result<&'static str, Error> {
         match &self.sheet.product.protocol {
             Protocol::Fsc(tables) => {
                 self.signed(tables, Operation::Load)?;
@@ -143,7 +143,7 @@ impl Session {
     ///
     /// # Errors
     /// The sensor refuses, nobody answers, or the adapter fails.
-    pub fn restart(&mut self) -> Result<(), Failure> {
+    pub fn restart(&mut self) -> Result<(), Error> {
         match (self.target, &self.sheet.product.protocol) {
             (Target::Fsc(sensor), Protocol::Fsc(tables)) => {
                 let function = function(tables, Operation::Alive)?;
@@ -169,7 +169,7 @@ impl Session {
     }
 
     /// The reset service of the identity object. It ends the connection.
-    fn reset(&mut self, kind: u8) -> Result<(), Failure> {
+    fn reset(&mut self, kind: u8) -> Result<(), Error> {
         let Target::Devicenet(slave) = self.target else {
             return Err(unexpected("reset"));
         };
@@ -182,16 +182,12 @@ impl Session {
         response.must(slave.mac, "the reset").map(|_| ())
     }
 
-    fn signed(
-        &mut self,
-        tables: &listing::fsc::Tables,
-        operation: Operation,
-    ) -> Result<(), Failure> {
+    fn signed(&mut self, tables: &listing::fsc::Tables, operation: Operation) -> Result<(), Error> {
         let function = function(tables, operation)?;
         self.fsc_command(function.code, function.signature, fsc::SAVED)
     }
 
-    fn object(&mut self, (index, sub): (u16, u8), bytes: &[u8], what: &str) -> Result<(), Failure> {
+    fn object(&mut self, (index, sub): (u16, u8), bytes: &[u8], what: &str) -> Result<(), Error> {
         let server = self.target.server().ok_or_else(|| unexpected(what))?;
         let server = server.patient();
         server
@@ -200,15 +196,15 @@ impl Session {
     }
 }
 
-fn function(tables: &listing::fsc::Tables, operation: Operation) -> Result<Function, Failure> {
+fn function(tables: &listing::fsc::Tables, operation: Operation) -> Result<Function, Error> {
     let mut functions = tables.functions.iter();
     let function = functions.find(|function| function.operation == operation);
     function.copied().ok_or_else(|| unexpected("the function"))
 }
 
 /// J1939 has no such command; a product has its own ones.
-fn no_command(what: &str) -> Failure {
-    Failure::usage("not-offered", format!("J1939 has no command that {what}"))
+fn no_command(what: &str) -> Error {
+    Error::usage("not-offered", format!("J1939 has no command that {what}"))
 }
 
 /// The addresses of the objects with some services, in the order of the dictionary.

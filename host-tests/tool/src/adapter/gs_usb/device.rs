@@ -1,7 +1,7 @@
 //! The adapters on USB, and their transfers by nusb.
 
 use super::{GsUsb, Usb};
-use crate::failure::Failure;
+use crate::error::Error;
 use nusb::descriptors::{ConfigurationDescriptor, TransferType};
 use nusb::transfer::{
     Buffer, Bulk, ControlIn, ControlOut, ControlType, Direction, In, Out, Recipient, TransferError,
@@ -175,7 +175,7 @@ struct Candidate {
 }
 
 /// The only adapter, or that with this serial number.
-fn choose(candidates: &[Candidate], serial: Option<&str>) -> Result<usize, Failure> {
+fn choose(candidates: &[Candidate], serial: Option<&str>) -> Result<usize, Error> {
     let is_wanted = |candidate: &Candidate| match (serial, &candidate.serial) {
         (Some(serial), Some(own)) => own.eq_ignore_ascii_case(serial),
         (Some(_), None) => false,
@@ -211,7 +211,7 @@ fn choose(candidates: &[Candidate], serial: Option<&str>) -> Result<usize, Failu
             ports()
         ),
     };
-    Err(Failure::bus("no-adapter", message))
+    Err(Error::bus("no-adapter", message))
 }
 
 /// The interface of SocketCAN that the kernel has made of a device.
@@ -264,19 +264,19 @@ fn ports_of(candidates: &[Candidate]) -> Vec<Port> {
 ///
 /// # Errors
 /// The devices on USB cannot be listed.
-pub fn ports() -> Result<Vec<Port>, Failure> {
+pub fn ports() -> Result<Vec<Port>, Error> {
     let found = found()?;
     let candidates: Vec<Candidate> = found.into_iter().map(|(_, own)| own).collect();
     Ok(ports_of(&candidates))
 }
 
 /// The adapters that are plugged in.
-fn found() -> Result<Vec<(DeviceInfo, Candidate)>, Failure> {
+fn found() -> Result<Vec<(DeviceInfo, Candidate)>, Error> {
     let devices = nusb::list_devices().wait().map_err(|error| {
         let message = format!(
             "cannot list the devices on USB ({error}): use a port that needs no USB, as slcan://HOST:PORT, or can0 on Linux"
         );
-        Failure::bus("no-adapter", message)
+        Error::bus("no-adapter", message)
     })?;
     let adapters = devices.filter(|info| ADAPTERS.contains(&(info.vendor_id(), info.product_id())));
     let found = adapters.map(|info| {
@@ -293,7 +293,7 @@ fn found() -> Result<Vec<(DeviceInfo, Candidate)>, Failure> {
 ///
 /// # Errors
 /// There is none, there are several, or it cannot be used.
-pub fn connect(serial: Option<&str>) -> Result<GsUsb<NusbDevice>, Failure> {
+pub fn connect(serial: Option<&str>) -> Result<GsUsb<NusbDevice>, Error> {
     let failed = |what: &str, error: nusb::Error| {
         let hint = match error.kind() {
             ErrorKind::PermissionDenied => {
@@ -305,7 +305,7 @@ pub fn connect(serial: Option<&str>) -> Result<GsUsb<NusbDevice>, Failure> {
             }
             _ => "plug it in again, or use another port",
         };
-        Failure::bus("no-adapter", format!("cannot {what} ({error}): {hint}"))
+        Error::bus("no-adapter", format!("cannot {what} ({error}): {hint}"))
     };
     let (devices, candidates): (Vec<DeviceInfo>, Vec<Candidate>) = found()?.into_iter().unzip();
     let place = choose(&candidates, serial)?;

@@ -14,7 +14,7 @@
 
 use super::bench::not_active;
 use super::{Adapter, Capabilities, Mode, instant, lost, no_listen_only, no_rate};
-use crate::failure::Failure;
+use crate::error::Error;
 use plumbline::can::{BitRate, Frame};
 use plumbline::time::Instant;
 use std::collections::VecDeque;
@@ -118,19 +118,19 @@ impl<U: Usb> GsUsb<U> {
     ///
     /// # Errors
     /// It is in use, has failed, or does not speak this protocol.
-    pub fn new(mut usb: U, name: &str) -> Result<Self, Failure> {
+    pub fn new(mut usb: U, name: &str) -> Result<Self, Error> {
         let foreign = || {
             let message = format!(
                 "{name} does not answer as a candleLight (gs_usb) adapter: update its firmware, or use another adapter"
             );
-            Failure::bus("adapter-silent", message)
+            Error::bus("adapter-silent", message)
         };
         let layout = Layout::of(&usb.configuration()).ok_or_else(foreign)?;
         usb.claim(&layout).map_err(|error| {
             let message = format!(
                 "cannot use {name} ({error}): close other programs that use it. On Windows its driver must be WinUSB"
             );
-            Failure::bus("no-adapter", message)
+            Error::bus("no-adapter", message)
         })?;
         let format = LITTLE_ENDIAN.to_le_bytes();
         let constants = usb
@@ -151,25 +151,25 @@ impl<U: Usb> GsUsb<U> {
         })
     }
 
-    fn lost(&self, error: &io::Error) -> Failure {
+    fn lost(&self, error: &io::Error) -> Error {
         lost(&self.name, error)
     }
 
-    fn request(&mut self, request: u8, words: &[u32]) -> Result<(), Failure> {
+    fn request(&mut self, request: u8, words: &[u32]) -> Result<(), Error> {
         let bytes: Vec<u8> = words.iter().flat_map(|word| word.to_le_bytes()).collect();
         let done = self.usb.control_out(request, CHANNEL, &bytes);
         done.map_err(|error| self.lost(&error))
     }
 
     /// Stops the channel: it sends and acknowledges nothing, and drops the frames that wait in it.
-    fn reset(&mut self) -> Result<(), Failure> {
+    fn reset(&mut self) -> Result<(), Error> {
         self.waiting = [false; IN_FLIGHT];
         self.is_off = false;
         self.request(request::MODE, &[0, 0])
     }
 
     /// Starts the channel, which was reset.
-    fn run(&mut self, timing: &BitTiming, mode: Mode) -> Result<(), Failure> {
+    fn run(&mut self, timing: &BitTiming, mode: Mode) -> Result<(), Error> {
         self.request(request::BITTIMING, &timing.words())?;
         let flags = match mode {
             // Each error of the bus is reported, if it can.
@@ -180,7 +180,7 @@ impl<U: Usb> GsUsb<U> {
     }
 
     /// Stops and starts the channel after bus-off, or when nobody acknowledges its frames.
-    fn restart(&mut self) -> Result<(), Failure> {
+    fn restart(&mut self) -> Result<(), Error> {
         self.errors += 1;
         self.reset()?;
         match self.opened {
@@ -190,7 +190,7 @@ impl<U: Usb> GsUsb<U> {
     }
 
     /// Takes the next transfer. False: there was none in this time.
-    fn pump(&mut self, timeout: Duration) -> Result<bool, Failure> {
+    fn pump(&mut self, timeout: Duration) -> Result<bool, Error> {
         let read = self.usb.read(timeout);
         let Some(bytes) = read.map_err(|error| self.lost(&error))? else {
             return Ok(false);
@@ -218,7 +218,7 @@ impl<U: Usb> GsUsb<U> {
     }
 
     /// A free echo number. If there is none for a while, nobody acknowledges the frames: they are dropped.
-    fn echo_number(&mut self) -> Result<usize, Failure> {
+    fn echo_number(&mut self) -> Result<usize, Error> {
         let begin = time::Instant::now();
         while !self.is_off && !self.waiting.contains(&false) {
             let left = PATIENCE.saturating_sub(begin.elapsed());
@@ -246,7 +246,7 @@ impl<U: Usb> Adapter for GsUsb<U> {
         }
     }
 
-    fn open(&mut self, rate: Option<BitRate>, mode: Mode) -> Result<(), Failure> {
+    fn open(&mut self, rate: Option<BitRate>, mode: Mode) -> Result<(), Error> {
         self.opened = None;
         let name = &self.name;
         let Some(rate) = rate else {
@@ -261,7 +261,7 @@ impl<U: Usb> Adapter for GsUsb<U> {
                 rate.name(),
                 self.constants.clock
             );
-            Failure::bus("rate-refused", message)
+            Error::bus("rate-refused", message)
         })?;
         // Another program may have left it open.
         self.reset()?;
@@ -282,7 +282,7 @@ impl<U: Usb> Adapter for GsUsb<U> {
         self.received.clear();
     }
 
-    fn send(&mut self, frame: &Frame) -> Result<(), Failure> {
+    fn send(&mut self, frame: &Frame) -> Result<(), Error> {
         if !matches!(self.opened, Some((_, Mode::Active))) {
             return Err(not_active());
         }
@@ -299,7 +299,7 @@ impl<U: Usb> Adapter for GsUsb<U> {
         Ok(())
     }
 
-    fn receive(&mut self, until: Instant) -> Result<Option<(Instant, Frame)>, Failure> {
+    fn receive(&mut self, until: Instant) -> Result<Option<(Instant, Frame)>, Error> {
         let mut late = 0;
         loop {
             if let Some(received) = self.received.pop_front() {

@@ -11,7 +11,7 @@
 
 use super::bench::not_active;
 use super::{Adapter, Capabilities, Mode, instant, lost, no_listen_only, no_rate};
-use crate::failure::Failure;
+use crate::error::Error;
 use embedded_can::{ExtendedId, Id, StandardId};
 use library::{FILE, Message, Parameter, PcanBasic, Status};
 use plumbline::can::{BitRate, Frame};
@@ -98,7 +98,7 @@ const fn timing(rate: BitRate) -> u16 {
 }
 
 /// The library, or why there is none.
-fn load() -> Result<PcanBasic, Failure> {
+fn load() -> Result<PcanBasic, Error> {
     PcanBasic::load().map_err(|_| {
         let hint = if cfg!(windows) {
             "install PEAK's driver with PCAN-Basic"
@@ -107,7 +107,7 @@ fn load() -> Result<PcanBasic, Failure> {
         } else {
             "install PEAK's driver with PCAN-Basic, or use the interface of the kernel (--port can0), which needs no library"
         };
-        Failure::bus("no-library", format!("{FILE} was not found: {hint}"))
+        Error::bus("no-library", format!("{FILE} was not found: {hint}"))
     })
 }
 
@@ -115,13 +115,13 @@ fn load() -> Result<PcanBasic, Failure> {
 ///
 /// # Errors
 /// There is no such name, or no library.
-pub fn connect(name: &str) -> Result<Pcan, Failure> {
+pub fn connect(name: &str) -> Result<Pcan, Error> {
     let name = if name.is_empty() { "USBBUS1" } else { name };
     let Some(channel) = handle(name) else {
         let message = format!(
             "pcan has no channel {name:?}: write pcan:USBBUS1 to pcan:USBBUS{CHANNELS}, pcan:PCIBUS1 or pcan:LANBUS1"
         );
-        return Err(Failure::usage("unknown-port", message));
+        return Err(Error::usage("unknown-port", message));
     };
     Ok(Pcan {
         library: load()?,
@@ -154,12 +154,12 @@ pub fn ports() -> Vec<(String, bool)> {
 }
 
 impl Pcan {
-    fn lost(&self, status: Status) -> Failure {
+    fn lost(&self, status: Status) -> Error {
         lost(&self.name, self.library.text(status))
     }
 
     /// Opens the channel. The library then has an empty queue.
-    fn initialize(&self, rate: BitRate, mode: Mode) -> Result<(), Failure> {
+    fn initialize(&self, rate: BitRate, mode: Mode) -> Result<(), Error> {
         let (library, channel, name) = (&self.library, self.channel, &self.name);
         let listens = u32::from(mode == Mode::Listen);
         // Before the channel is open, so that it never acknowledges a frame. Older versions take it only afterwards.
@@ -179,7 +179,7 @@ impl Pcan {
                 }
                 () => format!("cannot open {name} ({text})"),
             };
-            return Err(Failure::bus("no-adapter", message));
+            return Err(Error::bus("no-adapter", message));
         }
         library.set(channel, Parameter::ListenOnly, listens);
         if library.get(channel, Parameter::ListenOnly) != (Status::OK, listens) {
@@ -193,7 +193,7 @@ impl Pcan {
     }
 
     /// The next frame in the queue; None if it is empty.
-    fn next(&mut self) -> Result<Option<Frame>, Failure> {
+    fn next(&mut self) -> Result<Option<Frame>, Error> {
         loop {
             let (status, message) = self.library.read(self.channel);
             if !status.is_working() {
@@ -255,7 +255,7 @@ impl Adapter for Pcan {
         }
     }
 
-    fn open(&mut self, rate: Option<BitRate>, mode: Mode) -> Result<(), Failure> {
+    fn open(&mut self, rate: Option<BitRate>, mode: Mode) -> Result<(), Error> {
         self.close();
         let Some(rate) = rate else {
             return Err(no_rate(&self.name));
@@ -272,7 +272,7 @@ impl Adapter for Pcan {
         }
     }
 
-    fn send(&mut self, frame: &Frame) -> Result<(), Failure> {
+    fn send(&mut self, frame: &Frame) -> Result<(), Error> {
         let Some((rate, Mode::Active)) = self.opened else {
             return Err(not_active());
         };
@@ -305,7 +305,7 @@ impl Adapter for Pcan {
         }
     }
 
-    fn receive(&mut self, until: Instant) -> Result<Option<(Instant, Frame)>, Failure> {
+    fn receive(&mut self, until: Instant) -> Result<Option<(Instant, Frame)>, Error> {
         loop {
             // It reads after it has taken the time: a late call still receives the frames that have already arrived.
             let now = self.now();

@@ -4,7 +4,7 @@ use super::line::rate_command;
 use super::{BEL, Clock, ERRORS, LOST, Slcan, Stream};
 use crate::adapter::Mode;
 use crate::eds::shown;
-use crate::failure::Failure;
+use crate::error::Error;
 use plumbline::can::BitRate;
 use plumbline::time::Duration;
 use std::time;
@@ -16,25 +16,25 @@ const QUIET: time::Duration = time::Duration::from_millis(20);
 const DRAINED: time::Duration = time::Duration::from_millis(500);
 
 impl<S: Stream> Slcan<S> {
-    pub(super) fn silent(&self) -> Failure {
+    pub(super) fn silent(&self) -> Error {
         let name = &self.name;
         let message = format!(
             "{name} does not answer like an slcan adapter: check the port. CANable sticks with slcan firmware do not answer; use their candleLight firmware and SocketCAN"
         );
-        Failure::bus("adapter-silent", message)
+        Error::bus("adapter-silent", message)
     }
 
     /// Something else is at this port, which says this.
-    pub(super) fn no_adapter(&self, said: &[u8]) -> Failure {
+    pub(super) fn no_adapter(&self, said: &[u8]) -> Error {
         let (name, said) = (&self.name, shown(&String::from_utf8_lossy(said)));
         let message = format!(
             "{name} is not an slcan adapter: it sends {said:?}. Check the port; other ports are can0, usb and demo:PRODUCT"
         );
-        Failure::bus("no-adapter", message)
+        Error::bus("no-adapter", message)
     }
 
     /// Reads until the adapter sends nothing more, so that a late answer is not read as the answer to the next command.
-    fn drain(&mut self) -> Result<(), Failure> {
+    fn drain(&mut self) -> Result<(), Error> {
         if let Clock::Bus(_) = self.clock {
             return self.advance(Duration::from_ticks(0));
         }
@@ -44,16 +44,16 @@ impl<S: Stream> Slcan<S> {
     }
 
     /// Sends a command that the adapter must accept.
-    fn must(&mut self, command: &str, refusal: (&'static str, String)) -> Result<(), Failure> {
+    fn must(&mut self, command: &str, refusal: (&'static str, String)) -> Result<(), Error> {
         match self.command(command)? {
-            Some(answer) if answer == [BEL] => Err(Failure::bus(refusal.0, refusal.1)),
+            Some(answer) if answer == [BEL] => Err(Error::bus(refusal.0, refusal.1)),
             Some(_) => Ok(()),
             None => Err(self.silent()),
         }
     }
 
     /// Closes the channel, independent of the state that another program has left.
-    pub(super) fn reset(&mut self) -> Result<(), Failure> {
+    pub(super) fn reset(&mut self) -> Result<(), Error> {
         // The first one can be the end of an incomplete line. A closed adapter may refuse C.
         let answers = [self.command("C")?, self.command("C")?];
         if answers.iter().all(Option::is_none) {
@@ -63,7 +63,7 @@ impl<S: Stream> Slcan<S> {
     }
 
     /// Sets the rate of the closed channel and opens it.
-    pub(super) fn start(&mut self, rate: Option<BitRate>, mode: Mode) -> Result<(), Failure> {
+    pub(super) fn start(&mut self, rate: Option<BitRate>, mode: Mode) -> Result<(), Error> {
         if let Some(rate) = rate {
             let refusal = format!(
                 "{} cannot have {}: use another rate",

@@ -166,7 +166,7 @@ fn missing_interface_names_the_next_step() {
 }
 
 /// Scans an interface with a node that sends this heartbeat, but answers nothing. Returns the failure, the rows, and the notes.
-fn scanned(text: &'static str, heartbeat: &[u8]) -> (Option<Failure>, String, String, Fake) {
+fn scanned(text: &'static str, heartbeat: &[u8]) -> (Option<Error>, String, String, Fake) {
     let (adapter, fake) = adapter(Some(text));
     let heartbeat = CanFrame::new(standard(0x70A), heartbeat);
     fake.0.borrow_mut().heartbeat = heartbeat.filter(|frame| !frame.data().is_empty());
@@ -277,7 +277,7 @@ fn rate_of_the_open_interface_is_reported() {
 }
 
 /// What happens when an interface is opened to listen, and to take part at 125 kbit/s.
-fn opened(text: &'static str) -> [Option<Failure>; 2] {
+fn opened(text: &'static str) -> [Option<Error>; 2] {
     [Mode::Listen, Mode::Active].map(|mode| {
         let (mut adapter, _) = adapter(Some(text));
         adapter.open(Some(BitRate::K125), mode).err()

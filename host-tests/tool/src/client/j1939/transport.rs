@@ -9,7 +9,7 @@
 //! ```
 
 use crate::client::Link;
-use crate::failure::Failure;
+use crate::error::Error;
 use plumbline::can::Frame;
 use plumbline::j1939::identifier::{GLOBAL, Identifier, Pgn, TRANSPORT_CONTROL, TRANSPORT_DATA};
 use plumbline::j1939::transport::{Control, PACKET, Packet, Reason, T1, T2};
@@ -59,7 +59,7 @@ fn control(control: Control, pgn: Pgn, destination: u8, own: u8) -> Frame {
 ///
 /// # Errors
 /// The adapter fails, or the user wants to stop.
-pub fn receive(link: &mut Link, opening: Opening, own: u8) -> Result<Option<Vec<u8>>, Failure> {
+pub fn receive(link: &mut Link, opening: Opening, own: u8) -> Result<Option<Vec<u8>>, Error> {
     let Opening {
         pgn,
         source,

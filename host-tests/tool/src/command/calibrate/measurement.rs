@@ -9,7 +9,7 @@
 
 use crate::backup::{Unread, read_text, write_file};
 use crate::calibrate::rest::Average;
-use crate::failure::Failure;
+use crate::error::Error;
 use host_tests::calibrate::{ELEMENT, HEADER, HEADER_WITHOUT_RATE, Side, element, set_at};
 use plumbline::measure::calibration::Part;
 use std::path::Path;
@@ -32,7 +32,7 @@ impl<'a> Measurement<'a> {
         path: &'a Path,
         serial: Option<u32>,
         may_be_new: bool,
-    ) -> Result<Self, Failure> {
+    ) -> Result<Self, Error> {
         let text = match read_text(path) {
             Ok(text) => text,
             Err(Unread::Failed(error))
@@ -45,7 +45,7 @@ impl<'a> Measurement<'a> {
                 let message = format!(
                     "cannot read {shown} ({error}): `plumbline calibrate {shown} -- COMMAND` measures, with the command that prints the log"
                 );
-                return Err(Failure::bus("no-file", message));
+                return Err(Error::bus("no-file", message));
             }
         };
         let own = text.lines().find_map(|line| line.strip_prefix(SERIAL));
@@ -63,14 +63,14 @@ impl<'a> Measurement<'a> {
     }
 
     /// The unit has this serial number.
-    pub(super) fn is_of(&mut self, serial: u32) -> Result<(), Failure> {
+    pub(super) fn is_of(&mut self, serial: u32) -> Result<(), Error> {
         match self.serial {
             Some(own) if own != serial => {
                 let shown = self.path.display();
                 let message = format!(
                     "{shown} belongs to the unit with serial number {own}, not of {serial}: choose another file"
                 );
-                Err(Failure::usage("wrong-file", message))
+                Err(Error::usage("wrong-file", message))
             }
             Some(_) => Ok(()),
             None => {
@@ -82,9 +82,9 @@ impl<'a> Measurement<'a> {
     }
 
     /// The unit has this measuring element. A file with positions and without an element is that of an ISM330DHCX.
-    pub(super) fn is_with(&mut self, part: Part) -> Result<(), Failure> {
+    pub(super) fn is_with(&mut self, part: Part) -> Result<(), Error> {
         let shown = self.path.display().to_string();
-        let bad = |why| Failure::usage("bad-file", why);
+        let bad = |why| Error::usage("bad-file", why);
         let named = element(&shown, &self.text).map_err(bad)?;
         let has_positions = self.text.lines().any(|line| line.starts_with(['+', '-']));
         match named.or(has_positions.then_some(Part::default())) {
@@ -94,7 +94,7 @@ impl<'a> Measurement<'a> {
                     own.name(),
                     part.name()
                 );
-                Err(Failure::usage("wrong-file", message))
+                Err(Error::usage("wrong-file", message))
             }
             Some(_) => Ok(()),
             None => {
@@ -114,13 +114,13 @@ impl<'a> Measurement<'a> {
     }
 
     /// The set at a temperature, and its sides; see [`set_at`].
-    pub(super) fn set_at(&self, temperature: f64) -> Result<Option<(f64, Vec<Side>)>, Failure> {
+    pub(super) fn set_at(&self, temperature: f64) -> Result<Option<(f64, Vec<Side>)>, Error> {
         let name = self.path.display().to_string();
-        set_at(&name, &self.text, temperature).map_err(|why| Failure::usage("bad-file", why))
+        set_at(&name, &self.text, temperature).map_err(|why| Error::usage("bad-file", why))
     }
 
     /// Adds a position and writes the file.
-    pub(super) fn add(&mut self, side: Side, average: &Average) -> Result<(), Failure> {
+    pub(super) fn add(&mut self, side: Side, average: &Average) -> Result<(), Error> {
         let [x, y, z] = average.acceleration;
         let [gx, gy, gz] = average.rate;
         let temperature = average.temperature;

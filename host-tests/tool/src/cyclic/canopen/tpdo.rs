@@ -8,7 +8,7 @@
 use crate::client::Link;
 use crate::client::sdo::{Answer, Server};
 use crate::cyclic::Layout;
-use crate::failure::Failure;
+use crate::error::Error;
 use crate::sheet::{Address, Entry};
 use plumbline::can::CanId;
 use plumbline::canopen::cob_id::{BIT_29, BIT_30, DISABLED};
@@ -60,7 +60,7 @@ pub(super) type Write = (u16, u8, Vec<u8>);
 
 impl Tpdo {
     /// None: the node does not have it.
-    pub(super) fn read(link: &mut Link, node: u8, number: u16) -> Result<Option<Self>, Failure> {
+    pub(super) fn read(link: &mut Link, node: u8, number: u16) -> Result<Option<Self>, Error> {
         let (own, mapping) = (COMMUNICATION + number, MAPPING + number);
         let (Some(cob_id), Some(kind), Some(count)) = (
             read(link, node, own, COB_ID)?,
@@ -173,7 +173,7 @@ pub(super) fn mapped(value: &Entry) -> Option<u32> {
 }
 
 /// An object that is a number; None: the node does not have it.
-pub(super) fn read(link: &mut Link, node: u8, index: u16, sub: u8) -> Result<Option<u32>, Failure> {
+pub(super) fn read(link: &mut Link, node: u8, index: u16, sub: u8) -> Result<Option<u32>, Error> {
     let server = Server::of(node);
     let mut answer = Answer::Silent;
     for _ in 0..TRIES {

@@ -23,7 +23,7 @@ fn checked(
     sheet: Sheet,
     answers: [Frame; 2],
     says_yes: bool,
-) -> (Result<(), Failure>, Vec<String>, String) {
+) -> (Result<(), Error>, Vec<String>, String) {
     let adapter = Scripted::default();
     adapter.0.borrow_mut().answers = vec![(0x40, answers.to_vec())];
     let mut session = Session::with_sheet(link(&adapter), Target::Canopen(10), sheet);

@@ -63,12 +63,12 @@ fn data_sheet() -> Sheet {
 }
 
 /// Writes objects of the node. Returns the result, the objects afterwards, and how often the node has refused.
-fn written(changes: &[Object]) -> (Result<(), Failure>, Vec<Object>, usize) {
+fn written(changes: &[Object]) -> (Result<(), Error>, Vec<Object>, usize) {
     written_with(data_sheet(), changes)
 }
 
 /// The same with another data sheet.
-fn written_with(sheet: Sheet, changes: &[Object]) -> (Result<(), Failure>, Vec<Object>, usize) {
+fn written_with(sheet: Sheet, changes: &[Object]) -> (Result<(), Error>, Vec<Object>, usize) {
     let (result, node, _) = written_to(sheet, &[], 0, changes);
     let node = node.borrow();
     let after = VALUES.map(|(index, sub, _)| (index, sub, node.object(index, sub)));
@@ -81,7 +81,7 @@ fn written_to(
     others: &[Object],
     stores: u32,
     changes: &[Object],
-) -> (Result<(), Failure>, Rc<RefCell<Node>>, Vec<String>) {
+) -> (Result<(), Error>, Rc<RefCell<Node>>, Vec<String>) {
     let start = Instant::from_ticks(0);
     let objects = VALUES.iter().chain(others).map(|(index, sub, value)| {
         let [low, high] = index.to_le_bytes();

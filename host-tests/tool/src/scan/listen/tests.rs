@@ -25,17 +25,17 @@ impl Adapter for Late {
         }
     }
 
-    fn open(&mut self, _: Option<BitRate>, _: Mode) -> Result<(), Failure> {
+    fn open(&mut self, _: Option<BitRate>, _: Mode) -> Result<(), Error> {
         Ok(())
     }
 
     fn close(&mut self) {}
 
-    fn send(&mut self, _: &Frame) -> Result<(), Failure> {
+    fn send(&mut self, _: &Frame) -> Result<(), Error> {
         panic!("the tool only listens");
     }
 
-    fn receive(&mut self, until: Instant) -> Result<Option<(Instant, Frame)>, Failure> {
+    fn receive(&mut self, until: Instant) -> Result<Option<(Instant, Frame)>, Error> {
         let waits = self.now < until;
         if waits {
             self.now = after(until, LATE);

@@ -3,7 +3,7 @@
 use super::{Answer, App, parse};
 use crate::backup::Backup;
 use crate::connect::factory_target;
-use crate::failure::Failure;
+use crate::error::Error;
 use crate::serve::events::Kind;
 use crate::serve::line::{self, Words};
 use crate::serve::sheets::{self, Sheets};
@@ -46,7 +46,7 @@ pub(super) async fn open(State(app): State<Arc<App>>, body: Bytes) -> Answer {
         } => factory(&app.sheets.sheet(&product)?),
         _ => {
             let message = "a file is opened from its text or from a product";
-            return Err(Failure::usage("bad-request", message).into());
+            return Err(Error::usage("bad-request", message).into());
         }
     };
     Ok(axum::Json(document(&backup, &app.sheets)))
@@ -74,7 +74,7 @@ pub(super) async fn data_sheet(State(app): State<Arc<App>>, body: Bytes) -> Answ
 }
 
 /// Shows an action that needs no sensor.
-pub(super) fn log(app: &App, words: &[String], failure: Option<&Failure>) {
+pub(super) fn log(app: &App, words: &[String], failure: Option<&Error>) {
     let mut action = json!({
         "n": app.hub.number(), "at": now(), "line": line::shown(words),
         "state": if failure.is_none() { "done" } else { "failed" },
@@ -112,15 +112,15 @@ pub(super) async fn set(State(app): State<Arc<App>>, body: Bytes) -> Answer {
     Ok(axum::Json(changed?))
 }
 
-fn changed(set: &Set, sheets: &Sheets) -> Result<Value, Failure> {
+fn changed(set: &Set, sheets: &Sheets) -> Result<Value, Error> {
     let mut backup = read(&set.text, sheets, set.sheet.as_deref())?;
     backup.change([(&*set.name, &*set.value)])?;
     Ok(document(&backup, sheets))
 }
 
-fn read(text: &str, sheets: &Sheets, own: Option<&str>) -> Result<Backup, Failure> {
+fn read(text: &str, sheets: &Sheets, own: Option<&str>) -> Result<Backup, Error> {
     if text.len() > LONGEST {
-        return Err(Failure::usage(
+        return Err(Error::usage(
             "bad-file",
             "the file is not valid: it is too long",
         ));
@@ -129,7 +129,7 @@ fn read(text: &str, sheets: &Sheets, own: Option<&str>) -> Result<Backup, Failur
     read.map_err(|why| {
         let message =
             format!("the file is not valid: {why}; `plumbline backup` writes a valid one");
-        Failure::usage("bad-file", message)
+        Error::usage("bad-file", message)
     })
 }
 

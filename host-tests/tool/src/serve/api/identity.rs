@@ -4,7 +4,7 @@
 use super::file::log;
 use super::{Answer, App, parse};
 use crate::command::identity::given;
-use crate::failure::Failure;
+use crate::error::Error;
 use crate::ops::identity::Told;
 use crate::serve::line::Words;
 use axum::body::Bytes;
@@ -26,7 +26,7 @@ struct Given {
 }
 
 impl Given {
-    fn unit(&self) -> Result<Told, Failure> {
+    fn unit(&self) -> Result<Told, Error> {
         given(&self.text, &self.name, self.product.as_deref())
     }
 
@@ -53,11 +53,11 @@ pub(super) async fn write(State(app): State<Arc<App>>, body: Bytes) -> Answer {
     let file: Given = parse(&body)?;
     let Some(store) = &app.store else {
         let message = "there is no store file: start `plumbline serve --store FILE`";
-        return Err(Failure::usage("no-store", message).into());
+        return Err(Error::usage("no-store", message).into());
     };
     let written = file.unit().and_then(|Told { product, unit }| {
         let written = store_file::identify(product, &unit, store);
-        written.map_err(|why| Failure::bus("no-file", why))
+        written.map_err(|why| Error::bus("no-file", why))
     });
     let words = file.words(Some(&store.display().to_string()));
     log(&app, &words, written.as_ref().err());

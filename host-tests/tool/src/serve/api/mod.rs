@@ -32,7 +32,7 @@ use super::events::Hub;
 use super::job::{Job, Start, Task};
 use super::sheets::Sheets;
 use super::{assets, guard};
-use crate::failure::{Failure, Kind};
+use crate::error::{Error, Kind};
 use axum::Router;
 use axum::body::{Body, Bytes};
 use axum::extract::{DefaultBodyLimit, State};
@@ -86,11 +86,11 @@ pub struct Refusal {
     /// The status code of HTTP.
     pub status: StatusCode,
     /// The failure that the page shows.
-    pub failure: Failure,
+    pub failure: Error,
 }
 
-impl From<Failure> for Refusal {
-    fn from(failure: Failure) -> Self {
+impl From<Error> for Refusal {
+    fn from(failure: Error) -> Self {
         let status = match failure.kind {
             Kind::Refused => StatusCode::CONFLICT,
             Kind::Usage => StatusCode::BAD_REQUEST,
@@ -145,7 +145,7 @@ pub fn router(app: App) -> Router {
 async fn nothing() -> Refusal {
     Refusal {
         status: StatusCode::NOT_FOUND,
-        failure: Failure::usage("bad-request", "there is no such request"),
+        failure: Error::usage("bad-request", "there is no such request"),
     }
 }
 
@@ -182,9 +182,8 @@ async fn on_sensor(app: &App, headers: &HeaderMap, task: Task) -> Answer {
 ///
 /// # Errors
 /// It is not what the request needs.
-pub fn parse<T: DeserializeOwned>(body: &[u8]) -> Result<T, Failure> {
-    let bad =
-        |why: String| Failure::usage("bad-request", format!("the request is not valid: {why}"));
+pub fn parse<T: DeserializeOwned>(body: &[u8]) -> Result<T, Error> {
+    let bad = |why: String| Error::usage("bad-request", format!("the request is not valid: {why}"));
     // A list is no object, though its fields could be taken in their order.
     if body.trim_ascii_start().starts_with(b"[") {
         return Err(bad("it is a list".to_owned()));
@@ -198,7 +197,7 @@ pub fn parse<T: DeserializeOwned>(body: &[u8]) -> Result<T, Failure> {
 /// The job fails.
 pub async fn work(app: &App, task: Task) -> Answer {
     let gone = || {
-        Failure::bus(
+        Error::bus(
             "stopped",
             "the server is stopping: start `plumbline serve` again",
         )

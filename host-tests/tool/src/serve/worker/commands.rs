@@ -3,7 +3,7 @@
 use super::which::{Answers, on_request};
 use super::{Live, State, Worker, now};
 use crate::backup::Backup;
-use crate::failure::{Failure, Kind as Refusal};
+use crate::error::{Error, Kind as Refusal};
 use crate::labels::Labels;
 use crate::ops::report::{Adjusted, Values};
 use crate::ops::{self, Report, Request};
@@ -24,7 +24,7 @@ use std::sync::atomic::Ordering;
 
 impl Worker {
     /// Reads all settings into a file.
-    pub(super) fn backup(&mut self) -> Result<Value, Failure> {
+    pub(super) fn backup(&mut self) -> Result<Value, Error> {
         // A folder of its own: the backup of a CANopen sensor is two files.
         let folder = tempfile::tempdir().map_err(unwritten)?;
         let file = folder.path().join("backup.toml");
@@ -41,10 +41,10 @@ impl Worker {
 
     /// Finds sensors. A question of the scan without a yes goes back to the page, which asks the user, and scans again from there: if the
     /// user wants to ask, if there is no traffic, or if something was heard that can be a sensor.
-    pub(super) fn scan(&mut self, wanted: &Scan) -> Result<Value, Failure> {
+    pub(super) fn scan(&mut self, wanted: &Scan) -> Result<Value, Error> {
         let rate = wanted.rate.map(|rate| bit_rate(&rate.to_string()));
         let rate = rate.transpose();
-        let rate = rate.map_err(|why| Failure::usage("bad-request", why))?;
+        let rate = rate.map_err(|why| Error::usage("bad-request", why))?;
         self.error = None;
         self.close()?;
         let lease = self.lease(&wanted.port)?;
@@ -84,7 +84,7 @@ impl Worker {
         let result = match may_ask && !answers.asked.is_empty() {
             true => {
                 self.wait(asked, answers.asked.clone());
-                Err(Failure::asks(answers.asked))
+                Err(Error::asks(answers.asked))
             }
             false => result,
         };
@@ -93,7 +93,7 @@ impl Worker {
     }
 
     /// Performs an operation on the sensor.
-    pub(super) fn perform(&mut self, request: &Request) -> Result<Value, Failure> {
+    pub(super) fn perform(&mut self, request: &Request) -> Result<Value, Error> {
         let config = self.config.clone();
         let mut done = None;
         let result = self.on_sensor(request.words(), |live, terminal| {
@@ -189,11 +189,11 @@ impl Worker {
         name: &str,
         only: &[String],
         label: bool,
-    ) -> Result<Value, Failure> {
+    ) -> Result<Value, Error> {
         // The file is checked before the sensor is asked.
         let own = self.sheet.as_ref().map(|kept| kept.key.as_str());
         let read = self.sheets.backup(text, own);
-        let backup = read.map_err(|why| Failure::usage("bad-file", why))?;
+        let backup = read.map_err(|why| Error::usage("bad-file", why))?;
         let mut file = tempfile::NamedTempFile::new().map_err(unwritten)?;
         file.write_all(text.as_bytes()).map_err(unwritten)?;
         let mut shown = words(["restore"]);
@@ -203,10 +203,7 @@ impl Worker {
             shown.extend_from_slice(only);
         }
         if only.iter().any(|name| name.starts_with('-')) {
-            return Err(Failure::usage(
-                "unknown-name",
-                "a name begins with a letter",
-            ));
+            return Err(Error::usage("unknown-name", "a name begins with a letter"));
         }
         let config = self.config.clone();
         let result = self.on_sensor(shown, |live, terminal| {
@@ -237,11 +234,11 @@ impl Worker {
     fn on_sensor<T: Into<Value> + Clone>(
         &mut self,
         words: Words,
-        run: impl FnOnce(&mut Live, &mut Terminal) -> Result<T, Failure>,
-    ) -> Result<T, Failure> {
+        run: impl FnOnce(&mut Live, &mut Terminal) -> Result<T, Error>,
+    ) -> Result<T, Error> {
         let State::Active(_) = &self.state else {
             let message = "there is no sensor: connect to one first";
-            return Err(Failure::usage("not-connected", message));
+            return Err(Error::usage("not-connected", message));
         };
         let shown = [self.selection.clone(), words].concat();
         let number = self.begin(&shown);
@@ -272,7 +269,7 @@ impl Worker {
     }
 
     /// Shows the sensor after something that can have changed all of it.
-    fn follow<T>(&mut self, result: &Result<T, Failure>) -> Result<(), Failure> {
+    fn follow<T>(&mut self, result: &Result<T, Error>) -> Result<(), Error> {
         let State::Active(live) = &mut self.state else {
             return Ok(());
         };
@@ -305,7 +302,7 @@ impl Worker {
     }
 
     /// Connects again where an operation has brought the sensor.
-    fn moved(&mut self) -> Result<(), Failure> {
+    fn moved(&mut self) -> Result<(), Error> {
         let State::Active(live) = &self.state else {
             return Ok(());
         };
@@ -318,7 +315,7 @@ impl Worker {
     }
 
     /// The sensor answers again after a silence.
-    pub(super) fn returned(&mut self) -> Result<(), Failure> {
+    pub(super) fn returned(&mut self) -> Result<(), Error> {
         let State::Active(live) = &mut self.state else {
             return Ok(());
         };
@@ -335,7 +332,7 @@ impl Worker {
     }
 
     /// Reads all values for the page.
-    pub(super) fn refresh(&mut self) -> Result<(), Failure> {
+    pub(super) fn refresh(&mut self) -> Result<(), Error> {
         let State::Active(live) = &mut self.state else {
             return Ok(());
         };
@@ -386,7 +383,7 @@ impl Worker {
         &mut self,
         number: u64,
         shown: &Words,
-        result: &Result<Value, Failure>,
+        result: &Result<Value, Error>,
         notes: Vec<String>,
     ) {
         self.busy = None;
@@ -410,8 +407,8 @@ fn words<const N: usize>(texts: [&str; N]) -> Words {
     texts.map(str::to_owned).to_vec()
 }
 
-fn unwritten(error: std::io::Error) -> Failure {
-    Failure::bus("no-file", format!("cannot write a temporary file: {error}"))
+fn unwritten(error: std::io::Error) -> Error {
+    Error::bus("no-file", format!("cannot write a temporary file: {error}"))
 }
 
 /// The progress of a command: each step is an event.

@@ -2,7 +2,7 @@
 //! has another address.
 
 use super::{State, Worker};
-use crate::failure::{Failure, Kind};
+use crate::error::{Error, Kind};
 use crate::identify::Found;
 use crate::question::Question;
 use crate::scan::Memory;
@@ -14,14 +14,14 @@ use std::time::{Duration, Instant};
 
 impl Worker {
     /// Refuses a command for another sensor than the one that is connected.
-    pub(super) fn check(&self, sensor: Option<u64>) -> Result<(), Failure> {
+    pub(super) fn check(&self, sensor: Option<u64>) -> Result<(), Error> {
         match &self.state {
             State::Active(live) if sensor != Some(live.connection) => {
                 let line = live.found.line(live.session.link.rate());
                 let message = format!(
                     "another sensor is connected now ({line}): nothing was done. Look at it, and give the command again"
                 );
-                Err(Failure::refused("sensor-changed", message))
+                Err(Error::refused("sensor-changed", message))
             }
             _ => Ok(()),
         }
@@ -39,7 +39,7 @@ impl Worker {
     }
 
     /// Connects again to the sensor: it has another address, or another sensor is at its address.
-    pub(super) fn again(&mut self, change: impl FnOnce(&mut Connect)) -> Result<(), Failure> {
+    pub(super) fn again(&mut self, change: impl FnOnce(&mut Connect)) -> Result<(), Error> {
         let Some((port, _)) = &self.port else {
             return Ok(());
         };
@@ -125,10 +125,10 @@ impl<'a> Answers<'a> {
 }
 
 /// A command of the page is not stopped by Ctrl-C.
-pub(super) fn on_request(failure: Failure) -> Failure {
+pub(super) fn on_request(failure: Error) -> Error {
     match failure.kind {
         Kind::Stopped => {
-            Failure::stopped("stopped by the user: start the command again to finish it")
+            Error::stopped("stopped by the user: start the command again to finish it")
         }
         _ => failure,
     }
@@ -150,8 +150,8 @@ mod tests {
     #[test]
     fn stop_while_the_last_frame_leaves_the_adapter_ends_the_command_but_not_its_last_requests() {
         let (stop, (_jobs, receiver)) = (Arc::new(AtomicBool::new(false)), channel());
-        let opener = Box::new(|_: &str| -> Result<Box<dyn Adapter>, Failure> {
-            Err(Failure::bus("not-open", "there is no adapter"))
+        let opener = Box::new(|_: &str| -> Result<Box<dyn Adapter>, Error> {
+            Err(Error::bus("not-open", "there is no adapter"))
         });
         let worker = Worker::new(receiver, Arc::new(Hub::default()), opener, stop.clone());
         let demo = demo::unpaced("is2").expect("a sensor");

@@ -5,7 +5,7 @@ use crate::serve::fast_bus;
 use plumbline::can::{BitRate, Frame};
 use plumbline::time::Instant;
 use plumbline_tool::adapter::{Adapter, Capabilities, Mode};
-use plumbline_tool::failure::Failure;
+use plumbline_tool::error::Error;
 use serde_json::json;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex};
@@ -32,9 +32,9 @@ struct Plugged {
 }
 
 impl Plugged {
-    fn check(&self) -> Result<(), Failure> {
+    fn check(&self) -> Result<(), Error> {
         match self.plug.is_out.load(Ordering::Relaxed) {
-            true => Err(Failure::bus(
+            true => Err(Error::bus(
                 "adapter-lost",
                 "the adapter is gone: plug it in again",
             )),
@@ -48,7 +48,7 @@ impl Adapter for Plugged {
         self.adapter.capabilities()
     }
 
-    fn open(&mut self, rate: Option<BitRate>, mode: Mode) -> Result<(), Failure> {
+    fn open(&mut self, rate: Option<BitRate>, mode: Mode) -> Result<(), Error> {
         self.check()?;
         self.plug.opened.fetch_add(1, Ordering::Relaxed);
         self.plug
@@ -61,7 +61,7 @@ impl Adapter for Plugged {
         self.adapter.close();
     }
 
-    fn send(&mut self, frame: &Frame) -> Result<(), Failure> {
+    fn send(&mut self, frame: &Frame) -> Result<(), Error> {
         self.check()?;
         self.plug.sent.fetch_add(1, Ordering::Relaxed);
         self.adapter.send(frame)?;
@@ -70,7 +70,7 @@ impl Adapter for Plugged {
         Ok(())
     }
 
-    fn receive(&mut self, until: Instant) -> Result<Option<(Instant, Frame)>, Failure> {
+    fn receive(&mut self, until: Instant) -> Result<Option<(Instant, Frame)>, Error> {
         self.check()?;
         self.adapter.receive(until)
     }

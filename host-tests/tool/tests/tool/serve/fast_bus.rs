@@ -6,7 +6,7 @@
 use plumbline::can::{BitRate, Frame};
 use plumbline::time::Instant;
 use plumbline_tool::adapter::{self, Adapter, Capabilities, Mode, demo};
-use plumbline_tool::failure::Failure;
+use plumbline_tool::error::Error;
 use std::thread;
 use std::time::Duration;
 
@@ -14,7 +14,7 @@ use std::time::Duration;
 const SPEEDUP: u64 = 20;
 
 /// The adapter of a port; one with a virtual sensor does not wait for the clock of the computer.
-pub fn connect(port: &str) -> Result<Box<dyn Adapter>, Failure> {
+pub fn connect(port: &str) -> Result<Box<dyn Adapter>, Error> {
     match port.strip_prefix("demo:") {
         Some(product) => Ok(Box::new(Fast(demo::unpaced(product)?))),
         None => adapter::connect(port),
@@ -28,7 +28,7 @@ impl Adapter for Fast {
         self.0.capabilities()
     }
 
-    fn open(&mut self, rate: Option<BitRate>, mode: Mode) -> Result<(), Failure> {
+    fn open(&mut self, rate: Option<BitRate>, mode: Mode) -> Result<(), Error> {
         self.0.open(rate, mode)
     }
 
@@ -36,11 +36,11 @@ impl Adapter for Fast {
         self.0.close();
     }
 
-    fn send(&mut self, frame: &Frame) -> Result<(), Failure> {
+    fn send(&mut self, frame: &Frame) -> Result<(), Error> {
         self.0.send(frame)
     }
 
-    fn receive(&mut self, until: Instant) -> Result<Option<(Instant, Frame)>, Failure> {
+    fn receive(&mut self, until: Instant) -> Result<Option<(Instant, Frame)>, Error> {
         let start = self.now();
         let received = self.0.receive(until)?;
         let passed = self.now().ticks() - start.ticks();

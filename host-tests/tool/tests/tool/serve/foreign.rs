@@ -4,7 +4,7 @@ use plumbline::can::{BitRate, CanId, Frame};
 use plumbline::time::{Instant, after, millis};
 use plumbline_tool::adapter::unread::Unread;
 use plumbline_tool::adapter::{Adapter, Capabilities, Mode, demo};
-use plumbline_tool::failure::Failure;
+use plumbline_tool::error::Error;
 use plumbline_tool::serve::job::Opener;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -43,9 +43,9 @@ struct Foreign {
 }
 
 impl Foreign {
-    fn check(&self) -> Result<(), Failure> {
+    fn check(&self) -> Result<(), Error> {
         match self.witness.is_out.load(Ordering::Relaxed) {
-            true => Err(Failure::bus(
+            true => Err(Error::bus(
                 "adapter-lost",
                 "the adapter is gone: plug it in again",
             )),
@@ -59,7 +59,7 @@ impl Adapter for Foreign {
         self.adapter.capabilities()
     }
 
-    fn open(&mut self, rate: Option<BitRate>, mode: Mode) -> Result<(), Failure> {
+    fn open(&mut self, rate: Option<BitRate>, mode: Mode) -> Result<(), Error> {
         self.check()?;
         self.rate = rate;
         self.next = self.adapter.now();
@@ -70,12 +70,12 @@ impl Adapter for Foreign {
         self.adapter.close();
     }
 
-    fn send(&mut self, frame: &Frame) -> Result<(), Failure> {
+    fn send(&mut self, frame: &Frame) -> Result<(), Error> {
         self.witness.kept().push(frame.can_id().bits());
         self.adapter.send(frame)
     }
 
-    fn receive(&mut self, until: Instant) -> Result<Option<(Instant, Frame)>, Failure> {
+    fn receive(&mut self, until: Instant) -> Result<Option<(Instant, Frame)>, Error> {
         // The bus has 250 kbit/s.
         self.check()?;
         let is_cut = self.witness.is_cut.load(Ordering::Relaxed);
@@ -129,7 +129,7 @@ pub fn unknown() -> Frame {
 pub fn opener(frame: Frame) -> (Opener, Arc<Witness>) {
     let witness = Arc::new(Witness::default());
     let own = witness.clone();
-    let opener = Box::new(move |_: &str| -> Result<Box<dyn Adapter>, Failure> {
+    let opener = Box::new(move |_: &str| -> Result<Box<dyn Adapter>, Error> {
         let adapter = Box::new(demo::unpaced("is2")?);
         Ok(Box::new(Foreign {
             next: adapter.now(),

@@ -7,7 +7,7 @@ use plumbline::can::{BitRate, Frame};
 use plumbline::time::Instant;
 use plumbline_tool::adapter::bench::BenchAdapter;
 use plumbline_tool::adapter::{Adapter, Capabilities, Mode};
-use plumbline_tool::failure::Failure;
+use plumbline_tool::error::Error;
 use serde_json::{Value, json};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
@@ -36,7 +36,7 @@ impl Adapter for Witnessed {
         self.adapter.capabilities()
     }
 
-    fn open(&mut self, rate: Option<BitRate>, mode: Mode) -> Result<(), Failure> {
+    fn open(&mut self, rate: Option<BitRate>, mode: Mode) -> Result<(), Error> {
         self.adapter.open(rate, mode)
     }
 
@@ -44,12 +44,12 @@ impl Adapter for Witnessed {
         self.adapter.close();
     }
 
-    fn send(&mut self, frame: &Frame) -> Result<(), Failure> {
+    fn send(&mut self, frame: &Frame) -> Result<(), Error> {
         self.waits = true;
         self.adapter.send(frame)
     }
 
-    fn receive(&mut self, until: Instant) -> Result<Option<(Instant, Frame)>, Failure> {
+    fn receive(&mut self, until: Instant) -> Result<Option<(Instant, Frame)>, Error> {
         if self.shared.is_still.load(Ordering::Relaxed) && !self.waits {
             return Ok(None);
         }

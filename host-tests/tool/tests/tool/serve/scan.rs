@@ -5,7 +5,7 @@ use crate::serve::foreign::{heartbeat, opener, unknown};
 use plumbline::can::{BitRate, Frame};
 use plumbline::time::Instant;
 use plumbline_tool::adapter::{Adapter, Capabilities, Mode, demo};
-use plumbline_tool::failure::Failure;
+use plumbline_tool::error::Error;
 use serde_json::{Value, json};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -98,7 +98,7 @@ impl Adapter for Silent {
         }
     }
 
-    fn open(&mut self, rate: Option<BitRate>, mode: Mode) -> Result<(), Failure> {
+    fn open(&mut self, rate: Option<BitRate>, mode: Mode) -> Result<(), Error> {
         self.rate = rate;
         self.adapter.open(rate, mode)
     }
@@ -107,14 +107,14 @@ impl Adapter for Silent {
         self.adapter.close();
     }
 
-    fn send(&mut self, frame: &Frame) -> Result<(), Failure> {
+    fn send(&mut self, frame: &Frame) -> Result<(), Error> {
         match self.rate {
             Some(BitRate::K125) => self.adapter.send(frame),
             _ => Ok(()),
         }
     }
 
-    fn receive(&mut self, until: Instant) -> Result<Option<(Instant, Frame)>, Failure> {
+    fn receive(&mut self, until: Instant) -> Result<Option<(Instant, Frame)>, Error> {
         let mut received = self.adapter.receive(until)?;
         while received.is_some() && self.rate != Some(BitRate::K125) {
             received = self.adapter.receive(until)?;

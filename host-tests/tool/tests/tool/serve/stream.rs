@@ -6,7 +6,7 @@ use crate::serve::foreign::{opener, unknown};
 use plumbline::can::{BitRate, Frame};
 use plumbline::time::Instant;
 use plumbline_tool::adapter::{Adapter, Capabilities, Mode};
-use plumbline_tool::failure::Failure;
+use plumbline_tool::error::Error;
 use serde_json::{Value, json};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -167,7 +167,7 @@ impl Adapter for Held {
         self.0.capabilities()
     }
 
-    fn open(&mut self, rate: Option<BitRate>, mode: Mode) -> Result<(), Failure> {
+    fn open(&mut self, rate: Option<BitRate>, mode: Mode) -> Result<(), Error> {
         self.0.open(rate, mode)
     }
 
@@ -175,11 +175,11 @@ impl Adapter for Held {
         self.0.close();
     }
 
-    fn send(&mut self, frame: &Frame) -> Result<(), Failure> {
+    fn send(&mut self, frame: &Frame) -> Result<(), Error> {
         self.0.send(frame)
     }
 
-    fn receive(&mut self, until: Instant) -> Result<Option<(Instant, Frame)>, Failure> {
+    fn receive(&mut self, until: Instant) -> Result<Option<(Instant, Frame)>, Error> {
         while self.1.load(Ordering::Relaxed) {
             thread::sleep(Duration::from_millis(1));
         }

@@ -6,7 +6,7 @@ use crate::serve::fast_bus;
 use plumbline::can::{BitRate, CanId, Frame};
 use plumbline::time::{Instant, after, millis};
 use plumbline_tool::adapter::{Adapter, Capabilities, Mode};
-use plumbline_tool::failure::Failure;
+use plumbline_tool::error::Error;
 use serde_json::{Value, json};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -43,7 +43,7 @@ impl Adapter for Exchanged {
         }
     }
 
-    fn open(&mut self, rate: Option<BitRate>, mode: Mode) -> Result<(), Failure> {
+    fn open(&mut self, rate: Option<BitRate>, mode: Mode) -> Result<(), Error> {
         self.mode = mode;
         self.adapter.open(rate, mode)
     }
@@ -52,14 +52,14 @@ impl Adapter for Exchanged {
         self.adapter.close();
     }
 
-    fn send(&mut self, frame: &Frame) -> Result<(), Failure> {
+    fn send(&mut self, frame: &Frame) -> Result<(), Error> {
         if matches!(frame.bytes(), [0x28 | 0x29, ..]) {
             self.bus.zeros.fetch_add(1, Ordering::Relaxed);
         }
         self.adapter.send(frame)
     }
 
-    fn receive(&mut self, until: Instant) -> Result<Option<(Instant, Frame)>, Failure> {
+    fn receive(&mut self, until: Instant) -> Result<Option<(Instant, Frame)>, Error> {
         if self.bus.is_busy.load(Ordering::Relaxed) && self.mode == Mode::Listen {
             let next = after(self.now(), millis(10)).min(until);
             let received = self.adapter.receive(next)?;

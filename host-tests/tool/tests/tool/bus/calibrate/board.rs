@@ -4,7 +4,7 @@ use crate::bus::files::file;
 use clap::Parser;
 use plumbline_tool::cli::Cli;
 use plumbline_tool::command::run_with;
-use plumbline_tool::failure::Failure;
+use plumbline_tool::error::Error;
 use plumbline_tool::output::Terminal;
 use plumbline_tool::question::Question;
 use std::cell::RefCell;
@@ -86,7 +86,7 @@ const PATIENCE: Duration = Duration::from_secs(60);
 /// The end of a run.
 #[derive(Debug)]
 pub struct Ended {
-    pub result: Result<(), Failure>,
+    pub result: Result<(), Error>,
     pub out: String,
     pub notes: String,
     pub questions: Vec<String>,

@@ -6,7 +6,7 @@ use plumbline::time::{Instant, after, millis};
 use plumbline_tool::adapter::bench::{BenchAdapter, SharedBus};
 use plumbline_tool::adapter::unread::Unread;
 use plumbline_tool::adapter::{Adapter, Capabilities, Mode};
-use plumbline_tool::failure::Failure;
+use plumbline_tool::error::Error;
 use std::cell::RefCell;
 use std::rc::Rc;
 
@@ -56,9 +56,9 @@ impl Cyclic {
 }
 
 impl Unplugged {
-    fn check(&self) -> Result<(), Failure> {
+    fn check(&self) -> Result<(), Error> {
         match self.left {
-            0 => Err(Failure::bus("adapter-lost", "the adapter was unplugged")),
+            0 => Err(Error::bus("adapter-lost", "the adapter was unplugged")),
             _ => Ok(()),
         }
     }
@@ -75,14 +75,14 @@ impl Adapter for Unplugged {
         }
     }
 
-    fn open(&mut self, rate: Option<BitRate>, mode: Mode) -> Result<(), Failure> {
+    fn open(&mut self, rate: Option<BitRate>, mode: Mode) -> Result<(), Error> {
         self.check()?;
         let rate = rate.or(self.interface);
         if rate.is_some() && (rate == self.refused || self.refuses_all) {
-            return Err(Failure::bus("rate-refused", "it does not have this rate"));
+            return Err(Error::bus("rate-refused", "it does not have this rate"));
         }
         if self.only_active && mode == Mode::Listen {
-            return Err(Failure::bus("no-listen-only", "it has no listen-only mode"));
+            return Err(Error::bus("no-listen-only", "it has no listen-only mode"));
         }
         self.modes.borrow_mut().push(mode);
         if self.opening > 0 {
@@ -97,7 +97,7 @@ impl Adapter for Unplugged {
         self.adapter.close();
     }
 
-    fn send(&mut self, frame: &Frame) -> Result<(), Failure> {
+    fn send(&mut self, frame: &Frame) -> Result<(), Error> {
         self.check()?;
         self.left -= 1;
         if (self.lost)(frame) {
@@ -106,7 +106,7 @@ impl Adapter for Unplugged {
         self.adapter.send(frame)
     }
 
-    fn receive(&mut self, until: Instant) -> Result<Option<(Instant, Frame)>, Failure> {
+    fn receive(&mut self, until: Instant) -> Result<Option<(Instant, Frame)>, Error> {
         self.check()?;
         loop {
             let now = self.adapter.now();

@@ -34,7 +34,7 @@ impl Kind {
 /// The reason why a command failed.
 #[derive(Clone, PartialEq, Debug, thiserror::Error)]
 #[error("{message}")]
-pub struct Failure {
+pub struct Error {
     /// Who or what has refused.
     pub kind: Kind,
     /// A short code for programs, for example `out-of-range`.
@@ -47,7 +47,7 @@ pub struct Failure {
     pub questions: Vec<Question>,
 }
 
-impl Failure {
+impl Error {
     /// The sensor has refused a request.
     pub fn refused(code: &'static str, message: impl Into<String>) -> Self {
         Self::new(Kind::Refused, code, message)
