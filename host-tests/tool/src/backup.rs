@@ -24,8 +24,8 @@ pub use file::write_file;
 use crate::eds::shown;
 use crate::error::Error;
 use crate::identify::{Found, product};
+use crate::master::{Node, Target};
 use crate::number::Scale;
-use crate::session::Target;
 use crate::sheet::{Entry, Origin, Sheet, parameters};
 use plumbline::model::catalog::Protocol;
 use plumbline::param::ParameterId;
@@ -68,7 +68,7 @@ impl Backup {
             serial: found.serial,
             firmware: found.firmware.clone(),
             node_id: match found.target {
-                Target::Canopen(node) if sheet.data_sheet.is_some() => Some(node),
+                Target::Canopen(Node(node)) if sheet.data_sheet.is_some() => Some(node),
                 _ => None,
             },
             label: found.label.clone(),

@@ -1,10 +1,8 @@
 //! From the options of the command line to a session with one sensor: bit rate, address, product.
 
-mod factory;
 mod product;
 mod wanted;
 
-pub use factory::{factory_rate, factory_reply, factory_target, factory_targets};
 pub use wanted::{Wanted, target};
 
 use crate::adapter::Adapter;
@@ -14,14 +12,17 @@ use crate::client::fsc::Sensor;
 use crate::client::j1939;
 use crate::eds;
 use crate::error::Error;
-use crate::identify::{self, Found, speaks};
+use crate::identify::{self, Found};
+use crate::master::j1939::PROTOCOL as J1939;
+use crate::master::{Ca, Target};
+use crate::master::{factory_target, factory_targets};
 use crate::output::Terminal;
 use crate::question::Question;
 use crate::scan::listen::{self, Traffic};
 use crate::scan::passive;
 use crate::scan::schedule::Schedule;
 use crate::scan::{Memory, Questions};
-use crate::session::{Session, Target};
+use crate::session::Session;
 use crate::sheet::Sheet;
 use plumbline::can::BitRate;
 use plumbline::model::catalog::Product;
@@ -116,10 +117,8 @@ pub fn find(
             return Err(Error::usage("no-address", message));
         }
         found.extend(asked(&mut link, &rates, &delivered, false, wanted)?);
-        let is_j1939 = wanted
-            .product
-            .is_none_or(|product| speaks(product, "j1939"));
-        if found.is_empty() && is_j1939 && questions.permits("j1939") {
+        let is_j1939 = wanted.product.is_none_or(|product| J1939.is_of(product));
+        if found.is_empty() && is_j1939 && questions.permits(J1939.name) {
             found.extend(claimed(&mut link, &rates, wanted)?);
         }
         targets.extend(delivered);
@@ -288,7 +287,7 @@ fn claimed(
             continue;
         }
         for (address, _) in j1939::nodes(link)? {
-            let answer = identify::ask(link, Target::J1939(address), identify::PATIENT)?;
+            let answer = identify::ask(link, Target::J1939(Ca(address)), identify::PATIENT)?;
             add(&mut found, answer, wanted);
         }
         if !found.is_empty() {
@@ -320,7 +319,7 @@ pub(crate) fn other(what: &str) -> Error {
 }
 
 pub(crate) fn silent(targets: &[Target], rates: &[Option<BitRate>]) -> Error {
-    let addresses: Vec<String> = targets.iter().map(Target::named).collect();
+    let addresses: Vec<String> = targets.iter().map(|target| target.named()).collect();
     let rates = match rates[..] {
         [Some(rate)] => format!(" at {}", rate.name()),
         [None] => String::new(),
@@ -344,7 +343,7 @@ fn is_wanted(found: &Found, wanted: &Wanted) -> bool {
         (_, Some(_)) => true,
         (_, None) => wanted
             .product
-            .is_none_or(|product| speaks(product, found.protocol())),
+            .is_none_or(|product| found.target.protocol().is_of(product)),
     }
 }
 
@@ -359,7 +358,7 @@ fn may_be_wanted(heard: Sensor, wanted: &Wanted) -> bool {
 
 /// Whether a product has the protocol of an address.
 fn is_of(target: Target, product: Option<&'static Product>) -> bool {
-    product.is_none_or(|product| speaks(product, target.protocol()))
+    product.is_none_or(|product| target.protocol().is_of(product))
 }
 
 /// A session with the sensor.

@@ -15,11 +15,12 @@ mod j1939;
 use crate::client::Link;
 use crate::client::fsc::{self, Sensor};
 use crate::error::Error;
-use crate::identify::j1939_of;
+use crate::master;
+use crate::master::{Ca, Node, Target};
 use crate::output::Terminal;
 use crate::question::Question;
 use crate::sample::{Sample, Sampler};
-use crate::session::{Session, Target};
+use crate::session::Session;
 use crate::sheet::Entry;
 use count::Count;
 use plumbline::can::{CanId, Frame};
@@ -92,8 +93,8 @@ impl Cyclic {
                 let settings = vec![(roles.cyclic_time, every), (roles.cyclic_mode, 1)];
                 (Kind::Fsc(sensor), period, settings)
             }
-            (Target::J1939(address), _) => {
-                let tables = j1939_of(session.sheet.product);
+            (Target::J1939(Ca(address)), _) => {
+                let tables = master::j1939::tables(session.sheet.product);
                 let rate = tables.and_then(|tables| match (tables.settings)(0) {
                     Some((Setting::Parameter(rate), _)) => Some((rate, every)),
                     _ => None,
@@ -101,7 +102,7 @@ impl Cyclic {
                 let sender = j1939::Sender::new(address);
                 (Kind::J1939(sender), period, rate.into_iter().collect())
             }
-            (Target::Canopen(node), _) => {
+            (Target::Canopen(Node(node)), _) => {
                 let (pdo, every) = canopen::start(session, node, sampler, every, terminal)?;
                 (Kind::Canopen(pdo), every, Vec::new())
             }

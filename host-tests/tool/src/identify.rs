@@ -7,12 +7,12 @@ use crate::client::sdo::{Answer, Server};
 use crate::connect;
 use crate::error::{Error, Kind};
 use crate::known::meant;
-use crate::session::{Session, Target};
+use crate::master::{Ca, Node, Target};
+use crate::session::Session;
 use plumbline::can::{BitRate, Frame};
 use plumbline::canopen::dictionary::Target as ObjectTarget;
 use plumbline::fsc::Version;
 use plumbline::model::catalog::{PRODUCTS, Product, Protocol, find};
-use plumbline::model::listing::j1939::J1939Tables;
 use plumbline::param::number;
 use plumbline::time::{Duration, millis};
 
@@ -52,30 +52,6 @@ fn exchange(link: &Link, latency: Duration) -> Duration {
     latency + millis(EXCHANGE * 1000 / rate)
 }
 
-/// The name of the protocol of a product in documents.
-pub fn protocol_of(product: &Product) -> &'static str {
-    match product.protocol {
-        Protocol::Fsc(_) => "fsc",
-        Protocol::Canopen(_) => "canopen",
-        Protocol::Devicenet(_) => "devicenet",
-        Protocol::J1939(_) => "j1939",
-    }
-}
-
-/// The tables of J1939, if a product has it, also besides another protocol.
-pub fn j1939_of(product: &Product) -> Option<&J1939Tables> {
-    match &product.protocol {
-        Protocol::Canopen(tables) => tables.j1939.as_ref(),
-        Protocol::J1939(tables) => Some(&tables.j1939),
-        Protocol::Fsc(_) | Protocol::Devicenet(_) => None,
-    }
-}
-
-/// Whether a product can speak a protocol with this name in documents.
-pub fn speaks(product: &Product, protocol: &str) -> bool {
-    protocol_of(product) == protocol || (protocol == "j1939" && j1939_of(product).is_some())
-}
-
 /// The product with this name.
 ///
 /// # Errors
@@ -101,9 +77,9 @@ pub fn ask(link: &mut Link, target: Target, latency: Duration) -> Result<Option<
     let time = question(link, latency);
     match target {
         Target::Fsc(sensor) => ask_fsc(link, sensor, time),
-        Target::Canopen(node) => ask_canopen(link, node, time),
+        Target::Canopen(Node(node)) => ask_canopen(link, node, time),
         Target::Devicenet(slave) => ask_devicenet(link, slave, time),
-        Target::J1939(address) => j1939::ask(link, address, time),
+        Target::J1939(Ca(address)) => j1939::ask(link, address, time),
     }
 }
 
@@ -318,7 +294,7 @@ fn ask_canopen(link: &mut Link, node: u8, time: Duration) -> Result<Option<Found
         .into_iter()
         .flat_map(|product| product.articles());
     Ok(Some(Found {
-        target: Target::Canopen(node),
+        target: Target::Canopen(Node(node)),
         article: articles
             .next()
             .map(|article| article.number.to_owned())

@@ -13,9 +13,9 @@ use crate::backup::{read_text, write_file};
 use crate::cli::Options;
 use crate::error::{Error, Kind};
 use crate::labels::folder;
+use crate::master::Target;
 use crate::output::Terminal;
 use crate::scan::kbits;
-use crate::session::Target;
 use plumbline::can::BitRate;
 use std::path::{Path, PathBuf};
 use toml::{Table, Value};
@@ -135,7 +135,7 @@ impl Last {
         let mut place = Table::new();
         let rate = rate.map(|rate| ("rate", kbits(rate).to_string()));
         let own = [
-            ("protocol", target.protocol().to_owned()),
+            ("protocol", target.protocol().name.to_owned()),
             ("address", target.address()),
         ];
         for (key, text) in rate.into_iter().chain(own) {
@@ -169,6 +169,7 @@ pub fn explain(failure: Error) -> Error {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::master::{Ca, Node};
     use std::rc::Rc;
 
     /// The options that these arguments get, and the note.
@@ -191,9 +192,9 @@ mod tests {
     fn each_adapter_has_its_own_rate_and_address() {
         let folder = tempfile::tempdir().unwrap();
         let mut last = Last::open(Some(folder.path()));
-        last.keep("can0", Some(BitRate::K62_5), Target::Canopen(33));
-        last.keep("slcan:COM3", None, Target::J1939(128));
-        last.keep("demo:is2", Some(BitRate::K250), Target::Canopen(1));
+        last.keep("can0", Some(BitRate::K62_5), Target::Canopen(Node(33)));
+        last.keep("slcan:COM3", None, Target::J1939(Ca(128)));
+        last.keep("demo:is2", Some(BitRate::K250), Target::Canopen(Node(1)));
         let last = Last::open(Some(folder.path()));
         let none = Options::default();
         let (full, note) = completed(&last, &none, true);
@@ -226,7 +227,7 @@ mod tests {
     fn options_of_the_user_are_kept() {
         let folder = tempfile::tempdir().unwrap();
         let mut last = Last::open(Some(folder.path()));
-        last.keep("can0", Some(BitRate::K125), Target::Canopen(33));
+        last.keep("can0", Some(BitRate::K125), Target::Canopen(Node(33)));
         let can0 = Options {
             port: Some("can0".to_owned()),
             ..Options::default()
@@ -264,7 +265,7 @@ mod tests {
         let last = Last::open(Some(folder.path()));
         assert_eq!(completed(&last, &Options::default(), true).0.port, None);
         let missing = folder.path().join("missing");
-        Last::open(Some(&missing)).keep("can0", None, Target::Canopen(1));
+        Last::open(Some(&missing)).keep("can0", None, Target::Canopen(Node(1)));
         assert!(!missing.exists());
         std::fs::write(
             folder.path().join(FILE),

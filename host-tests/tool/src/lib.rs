@@ -34,6 +34,7 @@ pub mod identify;
 pub mod known;
 pub mod labels;
 pub mod last;
+pub mod master;
 pub mod number;
 pub mod ops;
 pub mod output;

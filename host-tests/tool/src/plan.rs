@@ -12,10 +12,12 @@ mod cob_ids;
 
 use crate::client::nmt::{self, State};
 use crate::error::Error;
-use crate::session::{Session, Target};
+use crate::master::Roles;
+use crate::master::{Node, Target};
+use crate::session::Session;
 use crate::sheet::{Entry, Origin};
 use plumbline::can::CanId;
-use plumbline::model::catalog::{Product, Protocol};
+use plumbline::model::catalog::Product;
 use plumbline::param::{Constraint, ParameterId};
 use plumbline::time::{Duration, millis};
 
@@ -28,7 +30,7 @@ pub type Values = Vec<(Entry, u32)>;
 /// The sensor refuses a value, nobody answers, or the adapter fails.
 pub fn write(session: &mut Session, values: &Values) -> Result<(), Error> {
     let written = write_all(session, values);
-    let (true, Target::Canopen(node)) = (is_wrong_state(&written), session.target) else {
+    let (true, Target::Canopen(Node(node))) = (is_wrong_state(&written), session.target) else {
         return written;
     };
     // Only a node that was Operational is started again.
@@ -100,27 +102,9 @@ fn rank(product: &Product, entry: &Entry) -> u8 {
     {
         return 0;
     }
-    let (rate, addresses) = match &product.protocol {
-        Protocol::J1939(tables) => {
-            return if id == tables.j1939.address {
-                LAST + 1
-            } else {
-                1
-            };
-        }
-        Protocol::Fsc(tables) => {
-            let roles = &tables.roles;
-            (
-                roles.bit_rate,
-                vec![roles.set_id, roles.reply_id, roles.sync_id],
-            )
-        }
-        Protocol::Canopen(tables) => (tables.bit_rate, vec![tables.node_id]),
-        Protocol::Devicenet(tables) => (tables.roles.baud_rate, vec![tables.roles.mac_id]),
-    };
-    match id {
-        _ if id == rate => LAST,
-        _ if addresses.contains(&id) => LAST + 1,
+    match Roles::of(product) {
+        Some(roles) if roles.is_rate(id) => LAST,
+        Some(roles) if roles.is_address(id) => LAST + 1,
         _ => 1,
     }
 }
@@ -140,7 +124,7 @@ fn is_exclusive(product: &Product, entry: &Entry) -> bool {
 
 /// Writes values one after the other. A refused value is tried again after the other values, as long as there is progress.
 fn retried(session: &mut Session, values: Values) -> Result<(), Error> {
-    let is_fsc = matches!(session.sheet.product.protocol, Protocol::Fsc(_));
+    let is_fsc = matches!(session.target, Target::Fsc(_));
     if is_fsc {
         // Values with the same code are written together.
         return session.write(&values);

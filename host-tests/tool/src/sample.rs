@@ -5,8 +5,9 @@ pub mod ssi2;
 
 use crate::client::fsc;
 use crate::error::Error;
+use crate::master::{Ca, Target};
 use crate::number::Scale;
-use crate::session::{Session, Target};
+use crate::session::Session;
 use crate::sheet::{Address, Entry};
 use plumbline::model::catalog::Protocol;
 use plumbline::param::{DataType, number};
@@ -84,7 +85,7 @@ impl Sampler {
             has_status: matches!(session.target, Target::Fsc(_)),
             ..Self::of(session, angles)?
         };
-        if let Target::J1939(address) = session.target {
+        if let Target::J1939(Ca(address)) = session.target {
             let first = sampler.ssi2(session, address)?;
             // A sensor with one axis has one angle. A sensor that measures nothing now does not tell the number of its axes.
             let first = first.filter(|angles| angles.iter().any(Option::is_some));
@@ -150,7 +151,7 @@ impl Sampler {
         self.place = Some(place);
         let read = match session.target {
             Target::Fsc(sensor) if self.in_one_reply => self.poll_fsc(session, sensor),
-            Target::J1939(address) if self.in_one_reply => self.poll_j1939(session, address),
+            Target::J1939(Ca(address)) if self.in_one_reply => self.poll_j1939(session, address),
             _ => self.poll_each(session),
         };
         match read {

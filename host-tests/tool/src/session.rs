@@ -4,70 +4,16 @@ mod commands;
 
 use crate::client::Link;
 use crate::client::devicenet::{Path, Response, Slave};
-use crate::client::fsc::{self, Sensor};
-use crate::client::sdo::Server;
+use crate::client::fsc;
 use crate::connect;
 use crate::error::Error;
+use crate::master::{Roles, Storing, Target};
 use crate::number::Scale;
 use crate::sheet::{Address, Entry, Sheet};
 use plumbline::devicenet::service;
 use plumbline::model::catalog::{Product, Protocol};
 use plumbline::param::{DataType, ParameterId, number};
 use plumbline::time::{Duration, Instant, after, millis};
-
-/// The address of a sensor.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum Target {
-    /// A GEMAC sensor, with its identifiers.
-    Fsc(Sensor),
-    /// A CANopen node, with its node-ID.
-    Canopen(u8),
-    /// A DeviceNet slave, with its MAC ID.
-    Devicenet(Slave),
-    /// A J1939 node, with its address. Its parameters are objects, as in CANopen.
-    J1939(u8),
-}
-
-impl Target {
-    /// The address as `scan` shows it and the command line takes it: 300, 10 or 63.
-    pub fn address(&self) -> String {
-        match self {
-            Self::Fsc(sensor) => fsc::shown(sensor.request).trim_end_matches('h').to_owned(),
-            Self::Canopen(node) => node.to_string(),
-            Self::Devicenet(slave) => slave.mac.to_string(),
-            Self::J1939(address) => address.to_string(),
-        }
-    }
-
-    /// The name of the protocol in documents.
-    pub fn protocol(&self) -> &'static str {
-        match self {
-            Self::Fsc(_) => "fsc",
-            Self::Canopen(_) => "canopen",
-            Self::Devicenet(_) => "devicenet",
-            Self::J1939(_) => "j1939",
-        }
-    }
-
-    /// The address with its kind, for people.
-    pub fn named(&self) -> String {
-        match self {
-            Self::Fsc(_) => format!("identifier {}h", self.address()),
-            Self::Canopen(node) => format!("node-ID {node}"),
-            Self::Devicenet(slave) => format!("MAC ID {}", slave.mac),
-            Self::J1939(address) => format!("J1939 address {address}"),
-        }
-    }
-
-    /// The server of its objects, if it has one.
-    pub fn server(&self) -> Option<Server> {
-        match self {
-            Self::Canopen(node) => Some(Server::of(*node)),
-            Self::J1939(address) => Some(Server::j1939(*address)),
-            Self::Fsc(_) | Self::Devicenet(_) => None,
-        }
-    }
-}
 
 /// The number of times a read is tried.
 const TRIES: u8 = 3;
@@ -137,6 +83,17 @@ impl Session {
             settings: Vec::new(),
             known: None,
         }
+    }
+
+    /// The parameters of the sensor with a role in its protocol.
+    pub(crate) fn roles(&self) -> Option<Roles> {
+        (self.target.protocol().roles)(self.sheet.product)
+    }
+
+    /// What stores a change in the sensor.
+    pub(crate) fn storing(&self) -> Storing {
+        let roles = Roles::of(self.sheet.product);
+        roles.map_or(Storing::Unknown, |roles| roles.storing)
     }
 
     /// Ends the session and returns the link. A connection of DeviceNet is released.

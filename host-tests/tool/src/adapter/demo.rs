@@ -4,14 +4,14 @@
 use super::bench::BenchAdapter;
 use super::{Adapter, Capabilities, Mode};
 use crate::client::Link;
-use crate::connect::factory_target;
 use crate::error::Error;
 use crate::identify;
+use crate::master::{devicenet, factory_target, j1939};
 use crate::session::Session;
 use bench::scene::{Axes, Scene};
 use bench::{Bus, BusRate, Device, Flash, Geometry, NodeType};
 use plumbline::can::{BitRate, Frame};
-use plumbline::model::catalog::{Product, Protocol};
+use plumbline::model::catalog::Product;
 use plumbline::model::listing::j1939::J1939Tables;
 use plumbline::time::{Duration, Instant, after, millis};
 use std::cell::RefCell;
@@ -43,7 +43,7 @@ pub fn bus(name: &str) -> Result<Bus, Error> {
         None => (name, false),
     };
     let product = identify::product(name)?;
-    let tables = identify::j1939_of(product);
+    let tables = j1939::tables(product);
     if is_j1939 && tables.is_none() {
         let message = format!("{name} does not have J1939: ims360/j1939 has it");
         return Err(Error::usage("unknown-product", message));
@@ -55,7 +55,7 @@ pub fn bus(name: &str) -> Result<Bus, Error> {
     bus.attach(Device::new(&node_type, SERIAL, flash, sway));
     let mut booted = after(bus.now(), BOOT);
     let other = bus.adapter();
-    if let Protocol::Devicenet(_) = product.protocol {
+    if devicenet::tables(product).is_some() {
         bus.open(other, None, false);
         booted = after(booted, CHECK);
     }

@@ -147,7 +147,7 @@ fn short_reply_after_a_boot_up_message_does_not_panic() {
         request: plumbline::can::CanId::standard(0x310),
         reply: None,
     };
-    let target = crate::session::Target::Fsc(sensor);
+    let target = crate::master::Target::Fsc(sensor);
     let found = crate::identify::ask(&mut link, target, millis(100)).unwrap();
     assert!(found.is_none());
 }

@@ -5,10 +5,11 @@ use crate::backup::{Backup, write_file};
 use crate::eds::dcf::{self, Commissioning};
 use crate::error::Error;
 use crate::identify::Found;
+use crate::master::{Node, Target};
 use crate::ops::set;
 use crate::output::Terminal;
 use crate::resolve;
-use crate::session::{Session, Target};
+use crate::session::Session;
 use crate::sheet::{Entry, Sheet};
 use serde_json::{Map, Value, json};
 use std::path::{Path, PathBuf};
@@ -52,7 +53,7 @@ pub(crate) fn backup(
             .texts
             .push((entry.name, String::from_utf8_lossy(&bytes).into_owned()));
     }
-    if let Target::Canopen(node) = session.target {
+    if let Target::Canopen(Node(node)) = session.target {
         // The default identifiers in the file belong to the node-ID after the next restart.
         backup.number_from(node);
     }
@@ -94,7 +95,7 @@ fn configuration_path(session: &Session, path: &Path) -> Result<Option<PathBuf>,
 
 /// The Device Configuration File (DCF) with the values of a backup.
 fn configuration_text(session: &Session, backup: &Backup, path: &Path) -> String {
-    let Target::Canopen(in_force) = session.target else {
+    let Target::Canopen(Node(in_force)) = session.target else {
         return String::new();
     };
     let data_sheet = match &session.sheet.data_sheet {

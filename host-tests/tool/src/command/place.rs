@@ -2,10 +2,11 @@
 
 use crate::cli::Options;
 use crate::identify::Found;
+use crate::master::Target;
 use crate::ops::{Request, rate};
 use crate::scan::kbits;
 use crate::serve::line;
-use crate::session::{Session, Target};
+use crate::session::Session;
 use plumbline::can::BitRate;
 
 /// The bit rate and the address of a sensor.

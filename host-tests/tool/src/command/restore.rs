@@ -3,15 +3,16 @@
 use crate::backup::Backup;
 use crate::error::Error;
 use crate::identify::Found;
-use crate::ops::set::{constrain, is_saved_on_command, later, write};
+use crate::master::Storing;
+use crate::master::{Node, Target};
+use crate::ops::set::{constrain, later, write};
 use crate::ops::{address, adjust};
 use crate::output::Terminal;
 use crate::plan;
 use crate::question::Change;
 use crate::resolve;
-use crate::session::{Session, Target};
+use crate::session::Session;
 use crate::sheet::Entry;
-use plumbline::model::catalog::Protocol;
 use serde_json::{Map, Value, json};
 use std::path::Path;
 
@@ -78,7 +79,7 @@ fn read(session: &mut Session, path: &Path) -> Result<Backup, Error> {
         );
         return Err(Error::usage("wrong-file", message));
     }
-    if let Target::Canopen(node) = session.target {
+    if let Target::Canopen(Node(node)) = session.target {
         backup.number_for(node);
     }
     if !backup
@@ -210,9 +211,7 @@ pub(crate) fn restore(
     }
     write(session, &values)?;
     // An earlier restore can have been interrupted between the writes and this command, so it is sent in every case.
-    if let Protocol::Devicenet(_) = session.sheet.product.protocol {
-        terminal.line("the sensor stores each change by itself within one second")?;
-    } else if is_saved_on_command(session.sheet.product) {
+    if session.storing() != Storing::Unknown {
         terminal.line(session.save()?)?;
     } else {
         terminal.note("the device has no command to store: its manual says whether it keeps its settings at power-off");

@@ -2,7 +2,8 @@
 
 use super::Wanted;
 use crate::error::Error;
-use crate::identify::{Found, protocol_of, speaks};
+use crate::identify::Found;
+use crate::master::Protocol;
 use crate::output::Terminal;
 use crate::question::{Name, Question};
 use plumbline::model::catalog::Product;
@@ -30,13 +31,13 @@ pub(super) fn decide(
 
 /// Refuses a product of another protocol.
 fn permitted(found: &Found, wanted: &Product) -> Result<(), Error> {
-    if speaks(wanted, found.protocol()) {
+    if found.target.protocol().is_of(wanted) {
         return Ok(());
     }
     let message = format!(
         "{} speaks {}, but the sensor speaks {}: give another --product",
         wanted.name,
-        protocol_of(wanted),
+        Protocol::of(wanted).name,
         found.protocol()
     );
     Err(Error::usage("wrong-product", message))

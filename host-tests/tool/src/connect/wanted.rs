@@ -4,9 +4,9 @@ use crate::client::devicenet::Slave;
 use crate::client::fsc::Sensor;
 use crate::error::Error;
 use crate::labels::Labels;
+use crate::master::{Ca, Node, Target};
 use crate::number::identifier;
 use crate::scan::Memory;
-use crate::session::Target;
 use crate::sheet::Sheet;
 use plumbline::can::{BitRate, CanId};
 use plumbline::model::catalog::Product;
@@ -44,7 +44,7 @@ pub fn target(
 ) -> Result<Option<Target>, Error> {
     match (id, node, mac, address) {
         (None, None, None, None) => Ok(None),
-        (None, None, None, Some(address @ 0..=253)) => Ok(Some(Target::J1939(address))),
+        (None, None, None, Some(address @ 0..=253)) => Ok(Some(Target::J1939(Ca(address)))),
         (None, None, None, Some(address)) => Err(no_address(
             "--address",
             address,
@@ -59,7 +59,7 @@ pub fn target(
                 reply: None,
             })))
         }
-        (None, Some(node @ 1..=127), None, None) => Ok(Some(Target::Canopen(node))),
+        (None, Some(node @ 1..=127), None, None) => Ok(Some(Target::Canopen(Node(node)))),
         (None, None, Some(mac @ 0..=63), None) => Ok(Some(Target::Devicenet(Slave { mac }))),
         (None, Some(node), None, None) => Err(no_address("--node", node, "a node-ID is 1 to 127")),
         (None, None, Some(mac), None) => Err(no_address("--mac", mac, "a MAC ID is 0 to 63")),

@@ -1,6 +1,6 @@
 //! What a sensor has told about itself.
 
-use crate::session::Target;
+use crate::master::Target;
 use plumbline::can::BitRate;
 use plumbline::model::catalog::Product;
 use serde_json::{Value, json};
@@ -89,7 +89,7 @@ impl Found {
 
     /// The name of the protocol in documents.
     pub fn protocol(&self) -> &'static str {
-        self.target.protocol()
+        self.target.protocol().name
     }
 
     /// In one line, for people.

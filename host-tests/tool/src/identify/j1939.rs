@@ -1,11 +1,12 @@
 //! Which product answers at a J1939 address. Only standard requests: parameters are in a proprietary group, which can be a command to
 //! another device.
 
-use super::{Found, TRIES, j1939_of, text_of};
+use super::{Found, TRIES, text_of};
 use crate::client::Link;
 use crate::client::j1939::{Answer, get, name};
 use crate::error::Error;
-use crate::session::Target;
+use crate::master::j1939::tables;
+use crate::master::{Ca, Target};
 use plumbline::j1939::identifier::{COMPONENT_IDENTIFICATION, Pgn, SOFTWARE_IDENTIFICATION};
 use plumbline::j1939::name::Name;
 use plumbline::model::catalog::{PRODUCTS, Product};
@@ -28,12 +29,12 @@ pub(super) fn ask(link: &mut Link, address: u8, time: Duration) -> Result<Option
         .filter(|product| {
             let mut articles = product.articles();
             let is_model = articles.any(|article| field(1).is_some_and(|model| article.is(model)));
-            j1939_of(product).is_some() && is_model
+            tables(product).is_some() && is_model
         })
         .collect();
     let article = field(1).map_or_else(|| shown(own), str::to_owned);
     Ok(Some(Found {
-        target: Target::J1939(address),
+        target: Target::J1939(Ca(address)),
         article: Some(article),
         serial: field(2).and_then(|text| text.parse().ok()),
         firmware: match products.is_empty() {

@@ -3,22 +3,16 @@
 use super::Report;
 use super::set::write;
 use crate::client::devicenet::Slave;
-use crate::client::j1939;
-use crate::client::sdo::{self, Answer, Server};
+use crate::client::sdo::{Answer, Server};
 use crate::error::Error;
 use crate::identify;
+use crate::master::Roles;
+use crate::master::{Node, Target};
 use crate::plan::Values;
-use crate::scan::listen;
-use crate::session::{Session, Target};
+use crate::session::Session;
 use crate::sheet::{Entry, Origin};
-use plumbline::can::{CanId, Frame};
-use plumbline::canopen::cob_id::{EMCY, ERROR_CONTROL, SDO_REPLY};
-use plumbline::devicenet::identifiers::group_2_id;
 use plumbline::model::catalog::{Product, Protocol};
 use plumbline::time::{Duration, after, millis};
-
-/// The number of times an address that must be free is asked.
-const QUESTIONS: u8 = 3;
 
 /// The longest time until a CANopen sensor has restarted.
 const RESTART: Duration = millis(3000);
@@ -28,7 +22,7 @@ const CHECK: Duration = millis(4000);
 
 /// Changes the node-ID: write, save, reset node, then ask at the new one.
 pub(crate) fn node_id(session: &mut Session, new: u8) -> Result<Report, Error> {
-    let (Protocol::Canopen(tables), Target::Canopen(old)) =
+    let (Protocol::Canopen(tables), Target::Canopen(Node(old))) =
         (&session.sheet.product.protocol, session.target)
     else {
         let message = format!(
@@ -47,11 +41,11 @@ pub(crate) fn node_id(session: &mut Session, new: u8) -> Result<Report, Error> {
     if new == old {
         return Ok(Report::done(format!("the node-ID is {new} already")));
     }
-    free(session, Target::Canopen(new))?;
+    free(session, Target::Canopen(Node(new)))?;
     write(session, &vec![(entry, new.into())])?;
     session.save()?;
     session.restart()?;
-    session.target = Target::Canopen(new);
+    session.target = Target::Canopen(Node(new));
     let until = after(session.link.now(), RESTART);
     loop {
         if Server::of(new).read(&mut session.link, 0x1000, 0)? != Answer::Silent {
@@ -89,63 +83,30 @@ pub(crate) fn mac(session: &mut Session, new: u8) -> Result<Report, Error> {
 
 /// Whether the sensor has another address as soon as this is written.
 pub(crate) fn moves(product: &Product, entry: &Entry) -> bool {
-    match &product.protocol {
-        Protocol::Devicenet(tables) => entry.origin == Origin::Parameter(tables.roles.mac_id),
-        Protocol::Fsc(_) | Protocol::Canopen(_) | Protocol::J1939(_) => false,
-    }
+    let roles = Roles::of(product).filter(|roles| roles.moves_at_once);
+    roles.is_some_and(|roles| entry.origin == Origin::Parameter(roles.address))
 }
 
-/// Refuses values with a node-ID or MAC ID that is in use.
+/// Refuses values with an address that is in use.
 pub(crate) fn check(session: &mut Session, values: &Values) -> Result<(), Error> {
+    // Nobody is asked in the other protocol of the sensor.
+    let Some(roles) = session.roles() else {
+        return Ok(());
+    };
     for (entry, raw) in values {
-        let id = match entry.origin {
-            Origin::Parameter(id) => id,
-            _ => continue,
-        };
-        let target = match &session.sheet.product.protocol {
-            Protocol::Canopen(tables) => match (session.target, &tables.j1939) {
-                (Target::J1939(_), Some(j1939)) if j1939.address == id => Target::J1939(*raw as u8),
-                // Nobody is asked in the other protocol of the sensor.
-                (Target::Canopen(_), _) if tables.node_id == id => Target::Canopen(*raw as u8),
-                _ => continue,
-            },
-            Protocol::Devicenet(tables) if tables.roles.mac_id == id => {
-                Target::Devicenet(Slave { mac: *raw as u8 })
-            }
-            _ => continue,
-        };
-        if target != session.target {
+        if entry.origin == Origin::Parameter(roles.address)
+            && let Ok(target) = (roles.target)(*raw)
+            && target != session.target
+        {
             free(session, target)?;
         }
     }
     Ok(())
 }
 
-/// Refuses an address that is in use: listens for its messages, then asks several times.
+/// Refuses an address that is in use.
 pub(crate) fn free(session: &mut Session, target: Target) -> Result<(), Error> {
-    let ids: Vec<CanId> = match target {
-        Target::Canopen(node) => [ERROR_CONTROL, SDO_REPLY, EMCY]
-            .map(|base| CanId::standard(base + u16::from(node)))
-            .to_vec(),
-        Target::Devicenet(slave) => (0..8)
-            .map(|message| CanId::standard(group_2_id(slave.mac, message)))
-            .collect(),
-        Target::Fsc(_) | Target::J1939(_) => Vec::new(),
-    };
-    let is_own = |frame: &Frame| ids.contains(&frame.can_id()).then_some(());
-    let mut is_used = session.link.wait_for(listen::LONG, is_own)?.is_some();
-    for _ in 0..QUESTIONS {
-        is_used = is_used
-            || match target {
-                Target::J1939(address) => {
-                    j1939::name(&mut session.link, address, j1939::ANSWER)?.is_some()
-                }
-                Target::Canopen(node) => {
-                    Server::of(node).read(&mut session.link, 0x1000, 0)? != Answer::Silent
-                }
-                _ => identify::ask(&mut session.link, target, sdo::ANSWER)?.is_some(),
-            };
-    }
+    let is_used = target.is_used(&mut session.link)?;
     match is_used {
         false => Ok(()),
         true => Err(Error::refused(

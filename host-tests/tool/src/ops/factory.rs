@@ -4,9 +4,9 @@
 use super::rate::answers;
 use super::{Report, address, adjust};
 use crate::adapter::Mode;
-use crate::connect::{factory_rate, factory_target};
 use crate::error::Error;
 use crate::identify::Found;
+use crate::master::{factory_rate, factory_target};
 use crate::output::Terminal;
 use crate::question::Change;
 use crate::session::Session;

@@ -4,8 +4,9 @@ use crate::client::devicenet::{Path as ObjectPath, Response};
 use crate::client::sdo::Answer;
 use crate::client::{fsc, j1939};
 use crate::error::Error;
+use crate::master::{Ca, Target};
 use crate::output::Terminal;
-use crate::session::{Session, Target};
+use crate::session::Session;
 use descriptors::unit::{self, Sheet, Value};
 use plumbline::devicenet::service;
 use plumbline::j1939::identifier::{COMPONENT_IDENTIFICATION, SOFTWARE_IDENTIFICATION};
@@ -98,7 +99,7 @@ fn values(session: &mut Session, product: &Product) -> Result<Values, Error> {
             ])
         }
         Target::Canopen(_) => canopen(session)?,
-        Target::J1939(address) => j1939_values(session, address)?,
+        Target::J1939(Ca(address)) => j1939_values(session, address)?,
         Target::Devicenet(_) => devicenet(session)?,
     };
     let fields = unit::fields(product);

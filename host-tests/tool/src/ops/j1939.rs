@@ -7,8 +7,9 @@ use super::Report;
 use super::address::{free, missing};
 use crate::client::j1939::{self, ANSWER};
 use crate::error::Error;
-use crate::identify::j1939_of;
-use crate::session::{Session, Target};
+use crate::master::j1939::tables;
+use crate::master::{Ca, Target};
+use crate::session::Session;
 use plumbline::j1939::name::Name;
 use plumbline::param::ParameterId;
 use plumbline::time::{Duration, after, millis};
@@ -19,8 +20,8 @@ const RESTART: Duration = millis(3000);
 
 /// Shows or changes the address.
 pub(super) fn address(session: &mut Session, new: Option<u8>) -> Result<Report, Error> {
-    let tables = j1939_of(session.sheet.product);
-    let (Some(tables), Target::J1939(old)) = (tables, session.target) else {
+    let tables = tables(session.sheet.product);
+    let (Some(tables), Target::J1939(Ca(old))) = (tables, session.target) else {
         let message = format!(
             "{} does not speak J1939 here: use `plumbline set`, `plumbline node-id` or `plumbline mac`",
             session.sheet.product.name
@@ -36,22 +37,22 @@ pub(super) fn address(session: &mut Session, new: Option<u8>) -> Result<Report, 
     let permitted = entry.check(new.into(), &entry.scale);
     permitted.map_err(|why| Error::usage("out-of-range", why))?;
     if new != old {
-        free(session, Target::J1939(new))?;
+        free(session, Target::J1939(Ca(new)))?;
         let claimed = j1939::command_address(&mut session.link, name, new)?;
-        session.target = Target::J1939(claimed.unwrap_or(old));
+        session.target = Target::J1939(Ca(claimed.unwrap_or(old)));
         if claimed.is_some() {
             // The sensor is silent until other nodes cannot contend for the address any more.
             answers(session, name)?;
         }
     }
-    let is_there = session.target == Target::J1939(new);
+    let is_there = session.target == Target::J1939(Ca(new));
     if !is_there || session.read(&entry)? != u32::from(new) {
         session.write(&[(entry, new.into())])?;
     }
     session.save()?;
     if !is_there {
         session.restart()?;
-        session.target = Target::J1939(new);
+        session.target = Target::J1939(Ca(new));
         answers(session, name)?;
     }
     Ok(Report::done(format!(
@@ -61,7 +62,7 @@ pub(super) fn address(session: &mut Session, new: Option<u8>) -> Result<Report, 
 
 /// Waits until the sensor answers at the address of the session.
 fn answers(session: &mut Session, name: Name) -> Result<(), Error> {
-    let Target::J1939(address) = session.target else {
+    let Target::J1939(Ca(address)) = session.target else {
         return Ok(());
     };
     let until = after(session.link.now(), RESTART);

@@ -4,19 +4,18 @@
 use super::{Report, address, adjust, set};
 use crate::adapter::Mode;
 use crate::cli::NewRate;
-use crate::client::devicenet::Slave;
-use crate::client::fsc::Sensor;
 use crate::client::lss;
 use crate::client::sdo::Server;
 use crate::error::Error;
 use crate::identify::{self, Found};
+use crate::master::{Codes, Storing};
+use crate::master::{Node, Target};
 use crate::output::Terminal;
 use crate::question::Change;
-use crate::session::{Session, Target};
+use crate::session::Session;
 use crate::sheet::Entry;
-use plumbline::can::{BitRate, CanId};
+use plumbline::can::BitRate;
 use plumbline::model::catalog::Protocol;
-use plumbline::model::listing::canopen;
 use plumbline::param::{ParameterId, number};
 use plumbline::time::{Duration, after, millis};
 
@@ -32,9 +31,6 @@ pub(super) const SOON: Duration = millis(4);
 
 /// The identity object of CANopen.
 const IDENTITY: u16 = 0x1018;
-
-/// The unconfigured node-ID: the sensor restarts without one.
-const UNCONFIGURED: u32 = plumbline::canopen::lss::UNCONFIGURED as u32;
 
 pub(super) fn rate(
     session: &mut Session,
@@ -89,29 +85,12 @@ pub(super) fn rate(
     }
 }
 
-/// The raw numbers of bit rates; None: automatic detection.
-type Codes = Vec<(u32, Option<BitRate>)>;
-
 /// The parameter of the bit rate, and its raw numbers.
 fn codes(session: &Session) -> Result<(ParameterId, Codes), Error> {
-    Ok(match &session.sheet.product.protocol {
-        Protocol::Fsc(tables) => {
-            let rates = (0..).zip(tables.roles.bit_rates.iter().copied());
-            (tables.roles.bit_rate, rates.collect())
-        }
-        Protocol::Canopen(tables) => {
-            let rates = tables.bit_rates.iter();
-            let rates = rates.map(|(code, rate)| (*code, Some(*rate)));
-            (tables.bit_rate, rates.collect())
-        }
-        Protocol::Devicenet(tables) => {
-            let rates = (0..).zip(tables.roles.bit_rates.iter().copied().map(Some));
-            (tables.roles.baud_rate, rates.collect())
-        }
-        Protocol::J1939(_) => {
-            let message = "J1939 has no parameter with the bit rate";
-            return Err(Error::usage("not-offered", message));
-        }
+    let rate = session.roles().and_then(|roles| roles.rate);
+    rate.ok_or_else(|| {
+        let message = "J1939 has no parameter with the bit rate";
+        Error::usage("not-offered", message)
     })
 }
 
@@ -171,38 +150,16 @@ pub(crate) fn next_rate(session: &mut Session) -> Result<Option<BitRate>, Error>
 
 /// The address after the restart: a changed one acts then too.
 pub(crate) fn next_target(session: &mut Session) -> Result<Target, Error> {
-    let product = session.sheet.product;
-    let is_j1939 = matches!(session.target, Target::J1939(_));
-    let mut value = |id: ParameterId| {
-        let entry = session.entry(id)?;
-        session.read(&entry)
+    let Some(roles) = session.roles() else {
+        return Ok(session.target);
     };
-    Ok(match &product.protocol {
-        Protocol::Fsc(tables) => Target::Fsc(Sensor {
-            request: CanId::from_bits(value(tables.roles.set_id)?),
-            reply: None,
-        }),
-        Protocol::Canopen(canopen::Tables {
-            j1939: Some(tables),
-            ..
-        }) if is_j1939 => Target::J1939(value(tables.address)? as u8),
-        Protocol::Canopen(tables) => match value(tables.node_id)? {
-            UNCONFIGURED => {
-                let message = "the node-ID is 255 after the restart, so the tool cannot read from the sensor: give it one with `plumbline node-id`";
-                return Err(Error::usage("no-address", message));
-            }
-            node => Target::Canopen(node as u8),
-        },
-        Protocol::Devicenet(tables) => Target::Devicenet(Slave {
-            mac: value(tables.roles.mac_id)? as u8,
-        }),
-        Protocol::J1939(tables) => Target::J1939(value(tables.j1939.address)? as u8),
-    })
+    let entry = session.entry(roles.address)?;
+    (roles.target)(session.read(&entry)?)
 }
 
 /// Writes the rate and stores it: by LSS where the product has it, which stores nothing else.
 fn store(session: &mut Session, entry: &Entry, new: NewRate, raw: u32) -> Result<(), Error> {
-    if let (Protocol::Canopen(tables), Target::Canopen(node)) =
+    if let (Protocol::Canopen(tables), Target::Canopen(Node(node))) =
         (&session.sheet.product.protocol, session.target)
         && let Some(index) = new.fixed().filter(|_| tables.lss).and_then(lss::index)
     {
@@ -217,7 +174,7 @@ fn store(session: &mut Session, entry: &Entry, new: NewRate, raw: u32) -> Result
         return set::read_back(session, &vec![(entry.clone(), raw)]);
     }
     set::write(session, &vec![(entry.clone(), raw)])?;
-    if set::is_saved_on_command(session.sheet.product) {
+    if session.storing() == Storing::Command {
         session.save()?;
     } else {
         session.link.wait_for(STORING, |_| None::<()>)?;

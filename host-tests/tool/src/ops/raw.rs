@@ -5,7 +5,7 @@ use crate::client::devicenet::Path;
 use crate::client::sdo::{Answer, reason};
 use crate::client::{Link, fsc, j1939, refusal};
 use crate::error::Error;
-use crate::session::Target;
+use crate::master::{Ca, Target};
 use plumbline::canopen::Abort;
 use plumbline::fsc::table::{Function, Operation};
 use plumbline::model::catalog::{PRODUCTS, Protocol};
@@ -43,7 +43,7 @@ fn answered(link: &mut Link, target: Target, request: &str) -> Result<Vec<u8>, E
             }
             Ok([&[code, reply.status], &reply.data[..]].concat())
         }
-        Target::J1939(address) if !request.contains(':') => group(link, address, request),
+        Target::J1939(Ca(address)) if !request.contains(':') => group(link, address, request),
         Target::Canopen(_) | Target::J1939(_) => {
             let server = target.server().ok_or_else(|| bad(request))?.patient();
             let (address, data) = match request.split_once('=') {

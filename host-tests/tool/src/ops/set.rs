@@ -4,13 +4,13 @@ use super::address;
 use super::get::show;
 use super::report::{Report, Values as Read};
 use crate::error::Error;
+use crate::master::{Roles, Storing};
 use crate::output::Terminal;
 use crate::plan;
 use crate::resolve;
 use crate::session::Session;
 use crate::sheet::{Entry, Origin, parameters};
-use plumbline::canopen::dictionary::Service;
-use plumbline::model::catalog::{Product, Protocol};
+use plumbline::model::catalog::Product;
 use plumbline::param::{DataType, ParameterId, Persistence};
 
 pub(crate) use crate::plan::Values as Checked;
@@ -203,15 +203,8 @@ pub(crate) fn later(product: &Product, entry: &Entry) -> Option<&'static str> {
     let Origin::Parameter(id) = entry.origin else {
         return None;
     };
-    let restarts = match &product.protocol {
-        Protocol::Fsc(tables) => {
-            let roles = &tables.roles;
-            [roles.set_id, roles.reply_id, roles.sync_id, roles.bit_rate].contains(&id)
-        }
-        Protocol::Canopen(tables) => [tables.node_id, tables.bit_rate].contains(&id),
-        Protocol::Devicenet(tables) => tables.roles.baud_rate == id,
-        Protocol::J1939(tables) => tables.j1939.address == id,
-    };
+    let roles = Roles::of(product)?;
+    let restarts = roles.is_rate(id) || (roles.is_address(id) && !roles.moves_at_once);
     restarts.then_some("after the next restart")
 }
 
@@ -228,13 +221,5 @@ pub(crate) fn needs_save(product: &Product, origin: Origin) -> bool {
 
 /// Whether the product needs a command to store.
 pub(crate) fn is_saved_on_command(product: &Product) -> bool {
-    match &product.protocol {
-        Protocol::Fsc(_) => true,
-        // A foreign device can have no command to store.
-        Protocol::Canopen(tables) => tables.objects.iter().any(|object| {
-            let service = object.service();
-            matches!(service, Some(Service::Store | Service::StoreGroup))
-        }),
-        Protocol::Devicenet(_) | Protocol::J1939(_) => false,
-    }
+    Roles::of(product).is_some_and(|roles| roles.storing == Storing::Command)
 }

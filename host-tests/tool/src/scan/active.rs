@@ -10,11 +10,11 @@ use crate::boot_up::boot_up;
 use crate::client::devicenet::Slave;
 use crate::client::fsc::{self, Sensor};
 use crate::client::{Link, j1939, lss};
-use crate::connect::factory_targets;
 use crate::error::Error;
 use crate::identify;
+use crate::master::factory_targets;
+use crate::master::{Ca, Node, Target};
 use crate::output::{Progress, Terminal};
-use crate::session::Target;
 use plumbline::can::{BitRate, CanId, Frame};
 use plumbline::time::{Duration, millis};
 
@@ -109,7 +109,7 @@ impl Questions<'_> {
 
     /// Whether a question to an address cannot be a command to another device, as far as the frames show.
     pub fn permit(&self, target: Target) -> bool {
-        self.permits(target.protocol()) && !is_used(target, self.frames)
+        self.permits(target.protocol().name) && !is_used(target, self.frames)
     }
 
     /// Asks at an address, unless it has answered already.
@@ -148,7 +148,13 @@ impl Questions<'_> {
         };
         for node in 1..=NODES {
             step(terminal, node - 1);
-            self.one(link, Target::Canopen(node), identify::QUICK, rows, terminal)?;
+            self.one(
+                link,
+                Target::Canopen(Node(node)),
+                identify::QUICK,
+                rows,
+                terminal,
+            )?;
         }
         if self.permits("canopen") && !is_lss_used(self.frames) {
             let unconfigured = lss::find(link);
@@ -174,7 +180,7 @@ impl Questions<'_> {
             for (address, _) in j1939::nodes(link)? {
                 self.one(
                     link,
-                    Target::J1939(address),
+                    Target::J1939(Ca(address)),
                     identify::PATIENT,
                     rows,
                     terminal,

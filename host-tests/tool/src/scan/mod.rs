@@ -23,9 +23,9 @@ use crate::connect::RATES;
 use crate::error::{Error, Kind};
 use crate::identify;
 use crate::labels::Labels;
+use crate::master::Target;
 use crate::output::Terminal;
 use crate::question::Question;
-use crate::session::Target;
 pub use active::Questions;
 use listen::Traffic;
 pub use memory::Memory;
@@ -197,7 +197,7 @@ fn known(
     for sighting in sightings {
         let mut row = sighting.row.clone();
         let question = |target: Target| Question::Likely {
-            protocol: target.protocol().to_owned(),
+            protocol: target.protocol().name.to_owned(),
             address: target.address(),
         };
         if let Some(target) = sighting.target

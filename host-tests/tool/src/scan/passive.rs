@@ -21,8 +21,8 @@ use super::row::{By, Heard, Row};
 use crate::boot_up::{BootUps, boot_up, is_repeated, may_be_asked};
 use crate::client::devicenet::Slave;
 use crate::client::fsc::{Sensor, shown};
-use crate::connect::factory_reply;
-use crate::session::Target;
+use crate::master::fsc::factory_reply;
+use crate::master::{Ca, Target, canopen};
 use embedded_can::Id;
 use plumbline::can::{CanId, Frame};
 use plumbline::canopen::cob_id::{ERROR_CONTROL, SDO_REPLY, SDO_REQUEST};
@@ -65,8 +65,8 @@ impl Sign {
     fn target(self) -> Option<Target> {
         match self {
             Self::Fsc(sensor) => may_be_asked(sensor).then_some(Target::Fsc(sensor)),
-            Self::Canopen(node) => Some(Target::Canopen(node)),
-            Self::J1939 { address, .. } => Some(Target::J1939(address)),
+            Self::Canopen(node) => Some(Target::Canopen(canopen::Node(node))),
+            Self::J1939 { address, .. } => Some(Target::J1939(Ca(address))),
             Self::Devicenet { mac, .. } => Some(Target::Devicenet(Slave { mac })),
         }
     }
@@ -199,7 +199,7 @@ fn by_process_data(
         Node::Slave { .. } => (By::Likely, "likely, by its I/O messages".to_owned(), None),
         Node::Pdo { node, id } => {
             let text = format!("likely, by a TPDO ({id:03X}h)");
-            (By::Likely, text, Some(Target::Canopen(node)))
+            (By::Likely, text, Some(Target::Canopen(canopen::Node(node))))
         }
         Node::Cyclic { .. } => return None,
     };
@@ -251,7 +251,7 @@ pub fn protocol(sightings: &[Sighting]) -> Option<&'static str> {
 pub fn is_used(target: Target, frames: &Frames) -> bool {
     let ids = match target {
         Target::Fsc(sensor) => vec![sensor.request],
-        Target::Canopen(node) => [SDO_REQUEST, SDO_REPLY]
+        Target::Canopen(canopen::Node(node)) => [SDO_REQUEST, SDO_REPLY]
             .map(|base| CanId::standard(base + u16::from(node)))
             .to_vec(),
         // Each J1939 node has the same identifiers: they name sender and receiver.

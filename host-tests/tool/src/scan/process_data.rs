@@ -14,7 +14,7 @@
 //! Reply-Parameter-ID as delivered counts.
 
 use super::listen::Frames;
-use crate::connect::factory_reply;
+use crate::master::fsc::factory_reply;
 use plumbline::can::{CanId, Frame};
 use plumbline::devicenet::identifiers::{Group1, MAC_MAX, group_2, group_2_id};
 use plumbline::fsc::Condition;

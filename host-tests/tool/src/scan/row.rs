@@ -4,8 +4,8 @@ use crate::client::fsc::shown;
 use crate::error::Error;
 use crate::identify::Found;
 use crate::labels::Labels;
+use crate::master::Target;
 use crate::output::Terminal;
-use crate::session::Target;
 use plumbline::can::{BitRate, CanId};
 use serde_json::{Number, Value, json};
 

@@ -6,7 +6,8 @@
 use crate::backup::{Backup, product_in};
 use crate::eds;
 use crate::error::Error;
-use crate::identify::{self, protocol_of};
+use crate::identify;
+use crate::master::Protocol;
 use crate::sheet::Sheet;
 use serde_json::{Value, json};
 use std::io::Write;
@@ -55,7 +56,7 @@ impl Kept {
             "sheet": self.key,
             "name": product.name,
             "maker": product.maker,
-            "protocol": protocol_of(product),
+            "protocol": Protocol::of(product).name,
             "file": self.name,
             "entries": entries.len(),
             "leftOut": data_sheet.as_ref().map(|data_sheet| data_sheet.left_out),

@@ -1,11 +1,12 @@
 //! The commands of a session: put an old value back, save, load the factory values, restart.
 
-use super::{Session, TRIES, Target, unexpected};
+use super::{Session, TRIES, unexpected};
 use crate::client::devicenet::Path;
 use crate::client::fsc;
 use crate::client::nmt::{self, Command};
 use crate::client::sdo::Server;
 use crate::error::Error;
+use crate::master::{Node, Target};
 use crate::sheet::Entry;
 use plumbline::canopen::dictionary::{Service, Starts, Target as ObjectTarget, Use};
 use plumbline::devicenet::service;
@@ -62,7 +63,7 @@ impl Session {
                 }
                 reply.data.get(..4).map(<[u8]>::to_vec)
             }
-            Target::Canopen(node) => {
+            Target::Canopen(Node(node)) => {
                 let answer = Server::of(node).read(&mut self.link, 0x1018, 4)?;
                 Some(answer.must(node, "to read the serial number")?)
             }
@@ -151,7 +152,7 @@ impl Session {
                 fsc::must(&mut self.link, sensor, function.code, fsc::ANSWER)?;
                 fsc::send(&mut self.link, sensor, function.code, function.signature)
             }
-            (Target::Canopen(node), _) => {
+            (Target::Canopen(Node(node)), _) => {
                 let answer = Server::of(node).read(&mut self.link, 0x1000, 0)?;
                 answer.must(node, "to read the device type")?;
                 nmt::send(&mut self.link, Command::ResetNode, node)?;

@@ -3,7 +3,7 @@
 use super::super::*;
 use super::{FOREIGN, foreign};
 use crate::client::tests::{Scripted, frame, link};
-use crate::session::Target;
+use crate::master::{Node, Target};
 use plumbline::can::Frame;
 use std::rc::Rc;
 
@@ -26,7 +26,7 @@ fn checked(
 ) -> (Result<(), Error>, Vec<String>, String) {
     let adapter = Scripted::default();
     adapter.0.borrow_mut().answers = vec![(0x40, answers.to_vec())];
-    let mut session = Session::with_sheet(link(&adapter), Target::Canopen(10), sheet);
+    let mut session = Session::with_sheet(link(&adapter), Target::Canopen(Node(10)), sheet);
     let (mut out, mut notes, mut questions) = (Vec::new(), Vec::new(), Vec::new());
     let mut confirm = |question: &Question| {
         questions.push(question.to_string());

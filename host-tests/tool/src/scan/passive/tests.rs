@@ -85,11 +85,11 @@ fn process_data_and_diagnosis_show_a_j1939_node() {
     let frame = |id: u32| Frame::data(extended(id), &[0, 0xFF, 0, 0, 0, 0, 0xFF, 0xFF]).unwrap();
     let (ssi2, diagnosis) = (frame(0x0CF0_2980), frame(0x18FE_CA80));
     assert_eq!(asked(&[ssi2]), []);
-    assert_eq!(asked(&[ssi2, ssi2]), [Target::J1939(0x80)]);
-    assert_eq!(asked(&[diagnosis]), [Target::J1939(0x80)]);
+    assert_eq!(asked(&[ssi2, ssi2]), [Target::J1939(Ca(0x80))]);
+    assert_eq!(asked(&[diagnosis]), [Target::J1939(Ca(0x80))]);
     // Its claim, which tells the maker, takes the place of the process data.
     let claim = frame(0x18EE_FF80);
-    assert_eq!(asked(&[ssi2, ssi2, claim]), [Target::J1939(0x80)]);
+    assert_eq!(asked(&[ssi2, ssi2, claim]), [Target::J1939(Ca(0x80))]);
     assert_eq!(
         addresses(&[ssi2, ssi2, claim]),
         [("j1939", "128".to_owned())]
@@ -103,7 +103,7 @@ fn process_data_and_diagnosis_show_a_j1939_node() {
 #[test]
 fn node_that_another_master_talks_to_is_not_asked() {
     let boot = frame(0x70A, &[0]);
-    assert_eq!(asked(&[boot]), [Target::Canopen(10)]);
+    assert_eq!(asked(&[boot]), [Target::Canopen(canopen::Node(10))]);
     assert_eq!(asked(&[boot, frame(0x60A, &[0x40])]), []);
     assert_eq!(asked(&[boot, frame(0x58A, &[0x43])]), []);
     let message = frame(0x321, &BOOT_UP);
@@ -169,10 +169,10 @@ fn duplicate_check_is_sure_exactly_twice_in_a_second_or_alone_and_without_other_
     let both = [(0, check), (1000, check), (1001, heartbeat)];
     assert_eq!(asked_at(&at(&both)), []);
     let twice = [(0, check), (1, heartbeat), (1000, check), (1001, heartbeat)];
-    assert_eq!(asked_at(&at(&twice)), [Target::Canopen(7)]);
+    assert_eq!(asked_at(&at(&twice)), [Target::Canopen(canopen::Node(7))]);
     let claim = Frame::data(extended(0x18EE_FF80), &[0; 8]).unwrap();
     let with_claim = [(0, check), (1, claim), (1000, check)];
-    assert_eq!(asked_at(&at(&with_claim)), [Target::J1939(0x80)]);
+    assert_eq!(asked_at(&at(&with_claim)), [Target::J1939(Ca(0x80))]);
 }
 
 #[test]
@@ -214,7 +214,7 @@ fn node_that_is_known_by_process_data_is_asked_only_after_a_yes() {
     let pdos = [frame(0x18A, &[1, 2]); 2];
     assert_eq!(
         (asked(&pdos), asked_after_a_yes(&pdos)),
-        (vec![], vec![Target::Canopen(10)])
+        (vec![], vec![Target::Canopen(canopen::Node(10))])
     );
     assert_eq!(protocol(&sightings(&timed(&pdos))), None);
     let io = [frame(0x42D, &[]), frame(0x3C5, &[1, 2])];

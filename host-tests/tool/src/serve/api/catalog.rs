@@ -3,7 +3,7 @@
 use super::{Answer, App};
 use crate::adapter::ports;
 use crate::connect::RATES;
-use crate::identify::{j1939_of, protocol_of};
+use crate::master::{Protocol, j1939};
 use crate::scan::kbits;
 use crate::sheet::{Entry, Origin, Sheet};
 use axum::extract::{Path, State};
@@ -25,7 +25,7 @@ pub(super) async fn ports(State(app): State<Arc<App>>) -> Answer {
     for product in PRODUCTS {
         let demo = |name: &str| json!({"port": format!("demo:{name}"), "kind": "demo", "maker": product.maker});
         ports.push(demo(product.name));
-        if j1939_of(product).is_some() {
+        if j1939::tables(product).is_some() {
             ports.push(demo(&format!(
                 "{}{}",
                 product.name,
@@ -62,7 +62,7 @@ pub(super) async fn products(State(app): State<Arc<App>>) -> Answer {
             "sheet": product.name,
             "name": product.name,
             "maker": product.maker,
-            "protocol": protocol_of(product),
+            "protocol": Protocol::of(product).name,
         })
     });
     let mut rows: Vec<Value> = products.collect();

@@ -2,13 +2,13 @@
 
 use super::{Answer, App, parse};
 use crate::backup::Backup;
-use crate::connect::factory_target;
 use crate::error::Error;
+use crate::master::factory_target;
+use crate::master::{Node, Target};
 use crate::serve::events::Kind;
 use crate::serve::line::{self, Words};
 use crate::serve::sheets::{self, Sheets};
 use crate::serve::worker::now;
-use crate::session::Target;
 use crate::sheet::{Entry, Sheet};
 use axum::body::Bytes;
 use axum::extract::State;
@@ -136,7 +136,7 @@ fn read(text: &str, sheets: &Sheets, own: Option<&str>) -> Result<Backup, Error>
 /// A file with the factory values of a product.
 fn factory(sheet: &Sheet) -> Backup {
     let node = match factory_target(sheet.product) {
-        Some(Target::Canopen(node)) => Some(node),
+        Some(Target::Canopen(Node(node))) => Some(node),
         _ => None,
     };
     // A data sheet does not say the node-ID.

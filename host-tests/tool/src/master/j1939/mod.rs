@@ -1,0 +1,71 @@
+//! J1939. The parameters of a sensor are the objects of its CANopen dictionary.
+
+use super::{Master, Protocol, Roles, Storing, Target, canopen};
+use crate::client::sdo::Server;
+use crate::client::{Link, j1939};
+use crate::error::Error;
+use plumbline::model::catalog::{self, Product};
+use plumbline::model::listing::j1939::J1939Tables;
+
+/// The protocol.
+pub const PROTOCOL: Protocol = Protocol {
+    name: "j1939",
+    option: "--address",
+    target,
+    roles,
+};
+
+/// A controller application (CA), with its address.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Ca(pub u8);
+
+/// The tables of J1939, if a product has it, also besides another protocol.
+pub fn tables(product: &Product) -> Option<&J1939Tables> {
+    match &product.protocol {
+        catalog::Protocol::J1939(tables) => Some(&tables.j1939),
+        _ => canopen::tables(product)?.j1939.as_ref(),
+    }
+}
+
+fn target(address: &str) -> Result<Target, Error> {
+    let address = super::number("--address", address, 0..=253, "a J1939 address is 0 to 253")?;
+    Ok(Target::J1939(Ca(address)))
+}
+
+fn roles(product: &Product) -> Option<Roles> {
+    let tables = tables(product)?;
+    let other = (canopen::PROTOCOL.roles)(product);
+    Some(Roles {
+        address: tables.address,
+        target: |address| Ok(Target::J1939(Ca(address as u8))),
+        rate: other.as_ref().and_then(|other| other.rate.clone()),
+        identifiers: Vec::new(),
+        moves_at_once: false,
+        storing: other.map_or(Storing::Unknown, |other| other.storing),
+    })
+}
+
+impl Master for Ca {
+    fn protocol(&self) -> &'static Protocol {
+        &PROTOCOL
+    }
+
+    fn address(&self) -> String {
+        self.0.to_string()
+    }
+
+    fn named(&self) -> String {
+        format!("J1939 address {}", self.0)
+    }
+
+    fn server(&self) -> Option<Server> {
+        Some(Server::j1939(self.0))
+    }
+
+    fn is_used(&self, link: &mut Link) -> Result<bool, Error> {
+        // Each node has the same identifiers: they name sender and receiver.
+        super::is_there(link, &[], |link| {
+            Ok(j1939::name(link, self.0, j1939::ANSWER)?.is_some())
+        })
+    }
+}
