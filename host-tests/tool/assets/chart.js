@@ -117,6 +117,20 @@ function showEmpty() {
   element("csv").disabled = isEmpty;
 }
 
+/** Whether the sensor sends its angles by itself. */
+function showSends() {
+  const every = state.status?.sendsEvery ?? null;
+  const place = element("sends");
+  place.hidden = every === null;
+  const text = every === null ? "" : t("sends", shortest(every));
+  if (place.textContent !== text) place.textContent = text;
+}
+
+/** @param {number} number with at most one decimal */
+function shortest(number) {
+  return number.toLocaleString(currentLanguage(), { maximumFractionDigits: 1 });
+}
+
 /** @param {{first: number, rows: number[][]}} samples */
 function take({ first, rows }) {
   if (next !== null && first > next) missed.count += first - next;
@@ -186,6 +200,7 @@ export function start() {
     next = null;
     build();
   });
+  on("status", showSends);
   on("samples", take);
   on("restarted", () => { missed.streams += 1; });
   on("status", (status) => {
@@ -214,6 +229,7 @@ export function start() {
   let spoken = currentLanguage();
   onLanguage(() => {
     element("pause").textContent = t(isPaused ? "go-on" : "pause");
+    showSends();
     if (spoken !== currentLanguage()) build();
     spoken = currentLanguage();
   });

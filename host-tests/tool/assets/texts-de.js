@@ -236,6 +236,7 @@ export const de = {
   "found-stopped": "Angehalten. Drücken Sie Sensoren suchen oder Verbinden, um neu zu beginnen.",
   "asks": "eine Frage",
   "answer": "Antwort",
+  "sends": "Der Sensor sendet seine Winkel selbst, alle {0} ms: Alle werden gezeigt. Nur für mehr Abtastwerte wird er abgefragt.",
   "chart-empty": "Noch keine Messwerte: Verbinden Sie sich aktiv mit einem Sensor, und wählen Sie die Messwerte pro Sekunde.",
   "frames-listening": "Hört, aber es kommt nichts. Prüfen Sie Bitrate, Versorgung und Verdrahtung.",
   "next-no-answer": "Prüfen Sie Versorgung und Verdrahtung, wählen Sie Bitrate: automatisch und drücken Sie Verbinden, oder drücken Sie Sensoren suchen.",

@@ -236,6 +236,7 @@ export const en = {
   "found-stopped": "Stopped. Press Find sensors or Connect to start again.",
   "asks": "a question",
   "answer": "Answer",
+  "sends": "The sensor sends its angles by itself every {0} ms: they are all shown. It is polled only for more samples than that.",
   "chart-empty": "No samples yet: connect to a sensor in active mode, and choose the samples per second.",
   "frames-listening": "Listening, nothing heard. Check the bit rate, power and wiring.",
   "next-no-answer": "check power and wiring, choose Bit rate: automatic and press Connect, or press Find sensors.",

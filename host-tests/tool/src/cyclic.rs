@@ -11,6 +11,8 @@ mod canopen;
 mod count;
 mod devicenet;
 mod j1939;
+pub mod pace;
+pub mod source;
 
 use crate::client::Link;
 use crate::client::fsc::{self, Sensor};
@@ -57,10 +59,10 @@ pub struct Cyclic {
 }
 
 /// A received message with angles.
-struct Message {
-    at: Instant,
-    numbers: Vec<Option<i64>>,
-    status: Option<u8>,
+pub(crate) struct Message {
+    pub(crate) at: Instant,
+    pub(crate) numbers: Vec<Option<i64>>,
+    pub(crate) status: Option<u8>,
     counter: Option<u16>,
 }
 

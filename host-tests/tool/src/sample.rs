@@ -213,17 +213,7 @@ impl Sampler {
 
     /// The angles in a reply; None: it is too short.
     pub(crate) fn decode(&self, reply: &fsc::Reply) -> Option<Vec<i64>> {
-        let angles = self.angles.iter().map(|(entry, _)| {
-            let Address::Fsc { offset, .. } = entry.address else {
-                return None;
-            };
-            let from = usize::from(offset);
-            let bytes = reply
-                .data
-                .get(from..from + usize::from(entry.data_type.size()))?;
-            Some(entry.data_type.value(number(bytes)))
-        });
-        angles.collect()
+        angles_in(reply, self.angles.iter().map(|(entry, _)| entry))
     }
 
     fn poll_j1939(&mut self, session: &mut Session, address: u8) -> Result<Read, Error> {
@@ -367,6 +357,24 @@ impl Sampler {
         });
         invalid.into_iter().chain([lost]).collect()
     }
+}
+
+/// The angles in the reply to a function select code; None: it is too short.
+pub(crate) fn angles_in<'a>(
+    reply: &fsc::Reply,
+    angles: impl Iterator<Item = &'a Entry>,
+) -> Option<Vec<i64>> {
+    let angles = angles.map(|entry| {
+        let Address::Fsc { offset, .. } = entry.address else {
+            return None;
+        };
+        let from = usize::from(offset);
+        let bytes = reply
+            .data
+            .get(from..from + usize::from(entry.data_type.size()))?;
+        Some(entry.data_type.value(number(bytes)))
+    });
+    angles.collect()
 }
 
 /// Whether a number is the end of 16 bits that have no room for all angles: the sensor sends it for larger ones too.

@@ -28,7 +28,7 @@ const LATE: Duration = millis(100);
 const WIDTHS: [[u16; 2]; 2] = [[0x6010, 0x6110], [0x6020, 0x6120]];
 
 /// A TPDO with its values and their places.
-type Sent = (Tpdo, Vec<Entry>, Layout);
+struct Sent(Tpdo, Vec<Entry>, Layout);
 
 /// The TPDO that is received.
 pub(super) struct Pdo {
@@ -60,14 +60,9 @@ pub(super) fn start(
         tpdos.extend(Tpdo::read(&mut session.link, node, number)?);
     }
     let sets = sets(session, sampler);
-    let fits = |tpdo: &Tpdo| {
-        let mut sets = sets.iter();
-        sets.find_map(|set| Some((set.clone(), tpdo.layout(set)?)))
-    };
     let sent: Vec<Sent> = tpdos
         .iter()
-        .filter(|tpdo| tpdo.is_on())
-        .filter_map(|tpdo| fits(tpdo).map(|(set, layout)| (tpdo.clone(), set, layout)))
+        .filter_map(|tpdo| fitting(tpdo, &sets))
         .collect();
     let mut others = Vec::new();
     if let Some(own) = heard(&mut session.link, &sent, &mut others, terminal)? {
@@ -79,7 +74,7 @@ pub(super) fn start(
     };
     let was_operational = state == State::Operational;
     let (longest, _) = LISTENS;
-    let is_slow = |(tpdo, ..): &&Sent| tpdo.longest().is_some_and(|time| time + LATE > longest);
+    let is_slow = |Sent(tpdo, ..): &&Sent| tpdo.longest().is_some_and(|time| time + LATE > longest);
     if let Some(own) = sent.iter().find(is_slow).filter(|_| was_operational) {
         return listened(session, node, sampler, own, terminal);
     }
@@ -109,12 +104,34 @@ pub(super) fn start(
     Ok((pdo, Some(millis(every))))
 }
 
+/// A TPDO that is on, if it has all values of one of these sets.
+fn fitting(tpdo: &Tpdo, sets: &[Vec<Entry>]) -> Option<Sent> {
+    let mut sets = sets.iter().filter(|_| tpdo.is_on());
+    sets.find_map(|set| Some(Sent(tpdo.clone(), set.clone(), tpdo.layout(set)?)))
+}
+
+/// The angles in the first TPDO that is on and has all of them, and their places.
+pub(super) fn sent(
+    session: &mut Session,
+    node: u8,
+    sampler: &Sampler,
+) -> Result<Option<(Vec<Entry>, Layout)>, Error> {
+    let sets = sets(session, sampler);
+    for number in numbers(session) {
+        let tpdo = Tpdo::read_on(&mut session.link, node, number)?;
+        if let Some(Sent(_, set, layout)) = tpdo.and_then(|tpdo| fitting(&tpdo, &sets)) {
+            return Ok(Some((set, layout)));
+        }
+    }
+    Ok(None)
+}
+
 /// A TPDO that the node sends already is only listened to.
 fn listened(
     session: &mut Session,
     node: u8,
     sampler: &mut Sampler,
-    (tpdo, set, layout): &Sent,
+    Sent(tpdo, set, layout): &Sent,
     terminal: &mut Terminal,
 ) -> Result<(Pdo, Option<Duration>), Error> {
     let every = match tpdo.period() {
@@ -193,7 +210,7 @@ fn heard<'a>(
     terminal: &Terminal,
 ) -> Result<Option<&'a Sent>, Error> {
     let (longest, _) = LISTENS;
-    let time = |(tpdo, ..): &Sent| tpdo.longest().map_or(longest, |time| time + LATE);
+    let time = |Sent(tpdo, ..): &Sent| tpdo.longest().map_or(longest, |time| time + LATE);
     let time = sent.iter().map(time).max().unwrap_or(longest);
     let until = after(link.now(), time.min(longest));
     while link.now() < until {
@@ -202,7 +219,7 @@ fn heard<'a>(
         }
         let found = link.wait_for(SLICE, |frame: &Frame| {
             let mut sent = sent.iter();
-            let found = sent.find(|(.., layout)| layout.decode(frame).is_some());
+            let found = sent.find(|Sent(.., layout)| layout.decode(frame).is_some());
             if found.is_none() && !others.contains(&frame.can_id()) {
                 others.push(frame.can_id());
             }

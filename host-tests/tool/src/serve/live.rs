@@ -1,7 +1,11 @@
-//! The session whose angles are polled.
+//! The session whose angles are shown. Angles that the sensor sends by itself are taken; it is polled for those that it does not send.
+
+mod sends;
 
 use super::events::{Hub, Kind};
+use super::lease::Lease;
 use super::sheets::Sheets;
+use crate::cyclic::pace::Pace;
 use crate::error::{Error, Kind as Refusal};
 use crate::identify::Found;
 use crate::sample::{Sample, Sampler};
@@ -56,6 +60,11 @@ pub struct Live {
     pub connection: u64,
     /// None: the data sheet of the device does not say which values are angles.
     sampler: Option<Sampler>,
+    /// The adapter, which keeps the messages that the sensor sends by itself.
+    lease: Lease,
+    /// The scale of these messages, if it is another one than that of the replies.
+    sent: Option<Sampler>,
+    pace: Pace,
     /// The start of the time axis.
     origin: Instant,
     /// The start of the time of the sampler, from the origin.
@@ -67,8 +76,8 @@ pub struct Live {
     number: u64,
     rows: Vec<Value>,
     flushed: Instant,
-    /// The samples that are missing.
-    pub lost: u64,
+    /// The polls that are missing.
+    lost: u64,
     streak: u32,
     /// The error register of CANopen. A reply of GEMAC has a status byte; DeviceNet has no status.
     register: Option<Entry>,
@@ -83,8 +92,8 @@ impl Live {
     /// The sensor refuses, nobody answers, or the adapter fails.
     pub fn new(
         mut session: Session,
-        found: Found,
-        connection: u64,
+        (found, connection): (Found, u64),
+        lease: Lease,
         samples_per_second: u32,
     ) -> Result<Self, Error> {
         session.expected = found.identity().serial();
@@ -97,6 +106,9 @@ impl Live {
             found,
             connection,
             sampler,
+            lease,
+            sent: None,
+            pace: Pace::default(),
             origin: now,
             offset: millis(0),
             next: now,
@@ -110,8 +122,14 @@ impl Live {
             condition_at: now,
             condition: Value::Null,
         };
+        live.follow()?;
         live.set_rate(samples_per_second);
         Ok(live)
+    }
+
+    /// The samples that are missing.
+    pub fn lost(&self) -> u64 {
+        self.lost + self.pace.missing()
     }
 
     /// Sets the samples per second; 0 is none.
@@ -153,6 +171,7 @@ impl Live {
             // It restarts.
             Err(_) => {}
         }
+        self.follow()?;
         self.next = self.session.link.now();
         if !self.rows.is_empty() || self.number > 0 {
             // A gap in the chart.
@@ -163,6 +182,7 @@ impl Live {
 
     /// An operation has run that changes no scale: its time is not a loss.
     pub fn go_on(&mut self) {
+        self.pace.restart();
         self.next = self.session.link.now();
     }
 
@@ -188,9 +208,17 @@ impl Live {
     }
 
     fn turned(&mut self, hub: &Hub) -> Result<(), Error> {
+        self.hear(hub);
         let now = self.session.link.now();
         match self.period {
-            Some(period) if now >= self.next => self.poll(period, hub)?,
+            Some(period) if now >= self.next => {
+                // What has come while the computer was late is not polled.
+                self.drain(now)?;
+                self.hear(hub);
+                if now >= self.next {
+                    self.poll(period, hub)?;
+                }
+            }
             period => {
                 let slice = after(now, SLICE);
                 let until = period.map_or(slice, |_| slice.min(self.next));
@@ -227,7 +255,7 @@ impl Live {
         match sample {
             Some(sample) => {
                 self.streak = 0;
-                self.take(&sample, hub);
+                self.take(sample, hub);
             }
             None => {
                 self.lost += 1;
@@ -252,13 +280,22 @@ impl Live {
         Ok(())
     }
 
-    fn take(&mut self, sample: &Sample, hub: &Hub) {
+    fn take(&mut self, sample: Sample, hub: &Hub) {
         let Some(sampler) = &self.sampler else {
             return;
         };
-        let document = sampler.json(&self.session, sample);
+        let document = sampler.json(&self.session, &sample);
         let time = self.offset.ticks() + sample.time.ticks();
-        let mut row = vec![json!(time as f64 / 1e6)];
+        let sample = Sample {
+            time: Duration::from_ticks(time),
+            ..sample
+        };
+        self.show(&sample, &document, hub);
+    }
+
+    /// A sample whose time is that since the origin.
+    fn show(&mut self, sample: &Sample, document: &Value, hub: &Hub) {
+        let mut row = vec![json!(sample.time.ticks() as f64 / 1e6)];
         for (name, value) in document.as_object().into_iter().flatten() {
             match name.as_str() {
                 "time" => {}
@@ -292,7 +329,7 @@ impl Live {
         let first = self.number - rows.len() as u64;
         hub.publish(
             Kind::Samples,
-            &json!({"first": first, "lost": self.lost, "rows": rows}),
+            &json!({"first": first, "lost": self.lost(), "rows": rows}),
         );
     }
 

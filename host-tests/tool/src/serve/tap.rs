@@ -1,12 +1,18 @@
-//! Counts of the frames of an adapter, and the newest frame of each identifier.
+//! Counts of the frames of an adapter, the newest frame of each identifier, and the messages that sensors send by themselves: they are
+//! noticed here, so that none is lost while a command waits for its answer.
 
+use crate::cyclic::Message;
+use crate::cyclic::source::Source;
 use plumbline::can::Frame;
 use plumbline::time::Instant;
 use serde_json::{Value, json};
-use std::collections::HashMap;
+use std::collections::{HashMap, VecDeque};
 
 /// The maximum number of identifiers that are kept. A new one replaces the one that has been silent for the longest time.
 const IDENTIFIERS: usize = 256;
+
+/// The maximum number of messages of a sensor that wait: 10 s at 1 kHz.
+const MESSAGES: usize = 10_000;
 
 /// The newest frame of an identifier.
 struct Newest {
@@ -25,6 +31,8 @@ struct Newest {
 #[derive(Default)]
 pub struct Tap {
     newest: HashMap<u32, Newest>,
+    /// By the number of its sensor: what it sends by itself, and what has come.
+    sources: HashMap<u64, (Source, VecDeque<Message>)>,
     /// The frames that were received.
     pub received: u64,
     /// The frames that were sent.
@@ -36,6 +44,29 @@ impl Tap {
     pub fn received(&mut self, at: Instant, frame: &Frame) {
         self.received += 1;
         self.note(at, frame, false);
+        for (source, messages) in self.sources.values_mut() {
+            if let Some(message) = source.message(at, frame) {
+                if messages.len() == MESSAGES {
+                    messages.pop_front();
+                }
+                messages.push_back(message);
+            }
+        }
+    }
+
+    /// Keeps the messages of a sensor from now on; None: no longer.
+    pub fn follow(&mut self, sensor: u64, source: Option<Source>) {
+        match source {
+            Some(source) => self.sources.insert(sensor, (source, VecDeque::new())),
+            None => self.sources.remove(&sensor),
+        };
+    }
+
+    /// The messages of a sensor since the last call.
+    pub(crate) fn messages(&mut self, sensor: u64) -> VecDeque<Message> {
+        let own = self.sources.get_mut(&sensor);
+        own.map(|(_, messages)| std::mem::take(messages))
+            .unwrap_or_default()
     }
 
     /// A frame was sent at this time.

@@ -371,7 +371,7 @@ impl Worker {
         self.selection = line::selecting(&wanted.port, rate.as_ref(), &found, product, eds);
         self.sheet = sheet;
         let number = self.number(&found);
-        let live = Live::new(session, found, number, self.samples)?;
+        let live = Live::new(session, (found, number), lease, self.samples)?;
         let device = live.device(&self.sheets);
         self.state = State::Active(Box::new(live));
         self.hub.publish(Kind::Device, &device);

@@ -147,3 +147,12 @@ test("samples_and_actions_need_no_more_memory_with_time", async () => {
   const drawn = { data: plot.data, valToPos: (at) => at };
   assert.equal(plot.options.series[1].gaps(drawn, 1, 0, plot.data[0].length - 1, []).length, 51);
 });
+
+test("angles_that_the_sensor_sends_by_itself_are_named_with_their_period", async () => {
+  const { page } = await running(10);
+  assert.ok(page.element("sends").hidden);
+  await page.status({ sendsEvery: 2.5 });
+  assert.match(page.text("sends"), /by itself every 2\.5 ms/);
+  await page.change("language", "de");
+  assert.match(page.text("sends"), /alle 2,5 ms/);
+});

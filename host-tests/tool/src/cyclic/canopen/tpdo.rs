@@ -85,6 +85,15 @@ impl Tpdo {
         Ok(Some(tpdo))
     }
 
+    /// The same, but None also if it is off.
+    pub(super) fn read_on(link: &mut Link, node: u8, number: u16) -> Result<Option<Self>, Error> {
+        let cob_id = read(link, node, COMMUNICATION + number, COB_ID)?;
+        match cob_id.filter(|cob_id| cob_id & DISABLED == 0) {
+            Some(_) => Self::read(link, node, number),
+            None => Ok(None),
+        }
+    }
+
     /// Where these values are in it; None: one of them is not.
     pub(super) fn layout(&self, values: &[Entry]) -> Option<Layout> {
         let mut places = Vec::new();

@@ -14,6 +14,7 @@ use crate::serve::api::file::document;
 use crate::serve::events::{Hub, Kind};
 use crate::serve::job::Scan;
 use crate::serve::line::{self, Words};
+use crate::sheet::Address;
 use crate::{command, connect, identify};
 use bench::bit_rate;
 use plumbline::param::DataType;
@@ -138,7 +139,15 @@ impl Worker {
         let mut entries = session.sheet.entries.iter();
         session.target.address() == live.found.target.address()
             && !entries.any(|entry| {
+                let is_pdo = matches!(
+                    entry.address,
+                    Address::Object {
+                        index: 0x1800..=0x1BFF,
+                        ..
+                    }
+                );
                 let has_effect = entry.command
+                    || is_pdo
                     || session.sheet.is_resolution(entry)
                     || entry.data_type == DataType::Text;
                 has_effect && names.iter().any(|shown| shown.name == entry.name)

@@ -60,10 +60,10 @@ impl Worker {
         }
         let passed = (received + sent).saturating_sub(self.status.frames);
         self.status.frames = received + sent;
-        let (state, lost, silent) = match &self.state {
-            State::Closed => ("closed", 0, false),
-            State::Listening(_) => ("listening", 0, false),
-            State::Active(live) => ("active", live.lost, live.is_silent()),
+        let (state, lost, silent, every) = match &self.state {
+            State::Closed => ("closed", 0, false, None),
+            State::Listening(_) => ("listening", 0, false, None),
+            State::Active(live) => ("active", live.lost(), live.is_silent(), live.sends_every()),
         };
         let rate = match &self.state {
             State::Listening(link) => link.rate(),
@@ -80,6 +80,7 @@ impl Worker {
             "errors": self.status.errors.filter(|_| self.status.tells_errors),
             "unread": unread.map(|unread| json!({"lines": unread.count(), "first": unread.first()})),
             "samples": self.samples,
+            "sendsEvery": every.map(|every| every.ticks() as f64 / 1000.0),
             "lost": lost,
             "silent": silent,
             "unsaved": self.unsaved(),

@@ -4,6 +4,7 @@ mod adapter;
 pub mod api;
 mod calibrate;
 pub mod client;
+mod cyclic;
 pub mod data_sheets;
 mod documents;
 mod fast_bus;

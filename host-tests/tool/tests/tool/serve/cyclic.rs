@@ -1,0 +1,164 @@
+//! The angles that a sensor sends by itself, in the samples of the page.
+
+use crate::bus::rig::Rig;
+use crate::serve::api::run;
+use crate::serve::client::{Running, Tab};
+use plumbline::can::{BitRate, Frame, standard};
+use plumbline::time::Instant;
+use plumbline_tool::adapter::bench::BenchAdapter;
+use plumbline_tool::adapter::{Adapter, Capabilities, Mode};
+use plumbline_tool::error::Error;
+use serde_json::json;
+use std::thread;
+use std::time::Duration;
+
+/// How much faster the time of the bus passes than that of the computer.
+const SPEEDUP: u64 = 20;
+
+/// The computer is late each time after this number of waits, for this time in ms.
+const LATE: (u32, u32) = (40, 35);
+
+/// An adapter of a computer that is late again and again. The adapter keeps the frames meanwhile.
+struct Late {
+    adapter: BenchAdapter,
+    rig: Rig,
+    waits: u32,
+}
+
+impl Adapter for Late {
+    fn capabilities(&self) -> Capabilities {
+        self.adapter.capabilities()
+    }
+
+    fn open(&mut self, rate: Option<BitRate>, mode: Mode) -> Result<(), Error> {
+        self.adapter.open(rate, mode)
+    }
+
+    fn close(&mut self) {
+        self.adapter.close();
+    }
+
+    fn send(&mut self, frame: &Frame) -> Result<(), Error> {
+        self.adapter.send(frame)
+    }
+
+    fn receive(&mut self, until: Instant) -> Result<Option<(Instant, Frame)>, Error> {
+        let start = self.now();
+        self.waits += 1;
+        let (often, time) = LATE;
+        if self.waits.is_multiple_of(often) {
+            self.rig.run(time);
+        }
+        let received = self.adapter.receive(until)?;
+        let passed = self.now().ticks() - start.ticks();
+        thread::sleep(Duration::from_micros(passed / SPEEDUP));
+        Ok(received)
+    }
+
+    fn now(&self) -> Instant {
+        self.adapter.now()
+    }
+
+    fn errors(&mut self) -> Option<u64> {
+        self.adapter.errors()
+    }
+}
+
+/// A server with a sensor that is operational if it has states (NMT).
+fn served(product: &'static str) -> Running {
+    let server = Running::with(Box::new(move |_| {
+        let mut rig = Rig::with(product);
+        let master = rig.bus.borrow_mut().adapter();
+        rig.bus.borrow_mut().open(master, None, false);
+        let start = Frame::data(standard(0), &[1, 0]).expect("a frame");
+        rig.bus.borrow_mut().send(master, start);
+        rig.run(20);
+        Ok(Box::new(Late {
+            adapter: BenchAdapter::new(&rig.bus),
+            rig,
+            waits: 0,
+        }))
+    }));
+    let body = json!({"port": "bench", "rate": 250, "mode": "active"});
+    let answer = server.post("/api/connect", &body.to_string());
+    assert_eq!(answer.status, 200, "{answer:?}");
+    server
+}
+
+/// The number of samples until there are enough, and the polls that are lost meanwhile. Each sample is later than the one before.
+fn samples(tab: &mut Tab, enough: usize) -> (usize, u64) {
+    let (mut count, mut last, mut first_lost) = (0, f64::MIN, None);
+    loop {
+        let samples = tab.wait("samples", |_| true);
+        let lost = samples["lost"].as_u64().expect("a number");
+        for row in samples["rows"].as_array().expect("rows") {
+            let time = row[0].as_f64().expect("a time");
+            assert!(time > last, "{time} after {last}");
+            last = time;
+            count += 1;
+        }
+        let first = *first_lost.get_or_insert(lost);
+        if count >= enough {
+            return (count, lost - first);
+        }
+    }
+}
+
+#[test]
+fn angles_that_the_sensor_sends_are_taken_and_not_polled_so_a_late_computer_loses_none() {
+    for (product, assignments) in [
+        ("is2", &["cyclic-time=10ms", "cyclic-mode=on"][..]),
+        (
+            "jn2101",
+            &["tpdo1-transmission-type=254", "tpdo1-event-timer=10ms"],
+        ),
+        (
+            "ims360",
+            &["tpdo1-transmission-type=254", "tpdo1-event-timer=10ms"],
+        ),
+    ] {
+        let server = served(product);
+        server.post("/api/samples", r#"{"perSecond":100}"#);
+        let mut tab = server.tab();
+        samples(&mut tab, 100);
+        // The polls of a computer that is late are lost.
+        let (_, lost) = samples(&mut tab, 300);
+        assert!(lost > 5, "{product}: {lost} polls lost");
+        run(&server, json!({"set": {"assignments": assignments}}));
+        let mut tab = server.tab();
+        tab.wait("status", |status| {
+            status["sendsEvery"]
+                .as_f64()
+                .is_some_and(|ms| (9.5..10.5).contains(&ms))
+        });
+        let sent = |tab: &mut Tab| {
+            tab.wait("status", |_| true)["sent"]
+                .as_u64()
+                .expect("a number")
+        };
+        let before = sent(&mut tab);
+        let (count, lost) = samples(&mut tab, 500);
+        assert_eq!(lost, 0, "{product}");
+        // The status of a CANopen sensor (1001h) is read each second.
+        let polls = sent(&mut tab) - before;
+        assert!(polls < count as u64 / 20, "{product}: {polls} frames sent");
+    }
+}
+
+#[test]
+fn sensor_that_does_not_send_any_more_is_polled() {
+    let server = served("is2");
+    run(
+        &server,
+        json!({"set": {"assignments": ["cyclic-time=10ms", "cyclic-mode=on"]}}),
+    );
+    let mut tab = server.tab();
+    tab.wait("status", |status| !status["sendsEvery"].is_null());
+    run(
+        &server,
+        json!({"set": {"assignments": ["cyclic-mode=off"]}}),
+    );
+    let mut tab = server.tab();
+    tab.wait("status", |status| status["sendsEvery"].is_null());
+    samples(&mut tab, 100);
+}
