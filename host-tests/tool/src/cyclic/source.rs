@@ -54,12 +54,12 @@ impl Source {
                 size: sampler.size(),
                 angles: angles.clone(),
             },
-            (Target::J1939(address), _) => Kind::J1939 {
-                address,
+            (Target::J1939(node), _) => Kind::J1939 {
+                address: node.0,
                 count: angles.len(),
             },
             (Target::Canopen(node), _) => {
-                let sent = canopen::sent(session, node, sampler)?;
+                let sent = canopen::sent(session, node.0, sampler)?;
                 let is_own = |entries: &[Entry]| {
                     let own = angles.iter().map(|own| own.address);
                     own.eq(entries.iter().map(|own| own.address))
