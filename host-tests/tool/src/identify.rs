@@ -89,8 +89,9 @@ pub fn ask(link: &mut Link, target: Target, latency: Duration) -> Result<Option<
 /// Another sensor answers, nobody answers, or the adapter fails.
 pub fn same(session: &mut Session, found: &Found) -> Result<(), Error> {
     let own = found.identity().serial();
-    if let (Target::Devicenet(slave), Some(_)) = (session.target, session.expected) {
-        return session.freshen(slave);
+    let target = session.target;
+    if target.is_connected(session)? {
+        return Ok(());
     }
     if own.is_some() {
         match session.serial() {

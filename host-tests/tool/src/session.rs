@@ -1,34 +1,16 @@
 //! A session with one sensor: reads, writes and commands, whatever its protocol.
 
-mod commands;
-
 use crate::client::Link;
-use crate::client::devicenet::{Path, Response, Slave};
-use crate::client::fsc;
-use crate::connect;
 use crate::error::Error;
+use crate::master::devicenet::Connection;
 use crate::master::{Roles, Storing, Target};
 use crate::number::Scale;
 use crate::sheet::{Address, Entry, Sheet};
-use plumbline::devicenet::service;
-use plumbline::model::catalog::{Product, Protocol};
-use plumbline::param::{DataType, ParameterId, number};
-use plumbline::time::{Duration, Instant, after, millis};
+use plumbline::model::catalog::Product;
+use plumbline::param::{ParameterId, number};
 
 /// The number of times a read is tried.
 const TRIES: u8 = 3;
-
-/// How long a connection of DeviceNet is certain to live after an answer; it ends after 10 s.
-const FRESH: Duration = millis(5000);
-
-/// The identity object of DeviceNet.
-const IDENTITY: Path = Path {
-    class: 1,
-    instance: 1,
-};
-
-/// The attribute of the identity object with the serial number.
-const SERIAL: u8 = 6;
 
 /// The connection to a sensor.
 pub struct Session {
@@ -44,10 +26,8 @@ pub struct Session {
     pub only_listens: bool,
     /// The serial number that the sensor must have at each new connection of DeviceNet. None: any.
     pub expected: Option<u32>,
-    /// The connection of DeviceNet is allocated. Meanwhile nobody else can change the sensor, and another sensor does not answer.
-    is_allocated: bool,
-    /// The last answer on it.
-    used: Option<Instant>,
+    /// The connection of DeviceNet.
+    pub(crate) connection: Connection,
     /// The settings that were read with this connection.
     settings: Vec<(Address, Vec<u8>)>,
     /// What one operation knows of the sensor; None: the sensor is asked each time.
@@ -56,11 +36,11 @@ pub struct Session {
 
 /// What the sensor has told since its last change. One operation does not ask for it twice.
 #[derive(Default)]
-struct Known {
+pub(crate) struct Known {
     /// The bytes at each address; for FSC all data of the reply.
-    read: Vec<(Address, Vec<u8>)>,
+    pub read: Vec<(Address, Vec<u8>)>,
     /// FSC: the last reply had no error in its status.
-    is_clean: bool,
+    pub is_clean: bool,
 }
 
 impl Session {
@@ -78,8 +58,7 @@ impl Session {
             notes: Vec::new(),
             only_listens: false,
             expected: None,
-            is_allocated: false,
-            used: None,
+            connection: Connection::default(),
             settings: Vec::new(),
             known: None,
         }
@@ -110,16 +89,23 @@ impl Session {
         self.known = is_wanted.then(Known::default);
     }
 
+    /// What the sensor has told since its last change, if the operation remembers it.
+    pub(crate) fn known(&mut self) -> Option<&mut Known> {
+        self.known.as_mut()
+    }
+
+    /// Forgets the settings that were read with the connection of DeviceNet.
+    pub(crate) fn forget_settings(&mut self) {
+        self.settings.clear();
+    }
+
     /// Releases the connection of DeviceNet.
     ///
     /// # Errors
     /// The adapter fails.
     pub fn release(&mut self) -> Result<(), Error> {
-        if let (Target::Devicenet(slave), true) = (self.target, self.is_allocated) {
-            self.is_allocated = false;
-            slave.release(&mut self.link)?;
-        }
-        Ok(())
+        let target = self.target;
+        target.release(self)
     }
 
     /// Remembers what the user must know at the end, each once.
@@ -133,43 +119,7 @@ impl Session {
     /// The sensor has another address now, and its connections are released.
     pub fn moved(&mut self, target: Target) {
         self.target = target;
-        self.is_allocated = false;
-    }
-
-    /// Makes sure that the connection of DeviceNet is still that to the expected sensor. A connection that has just been used is.
-    ///
-    /// # Errors
-    /// Another sensor answers, nobody answers, or the adapter fails.
-    pub(crate) fn freshen(&mut self, slave: Slave) -> Result<(), Error> {
-        let used = self.used.filter(|_| self.is_allocated);
-        if used.is_none_or(|used| self.link.now() >= after(used, FRESH)) {
-            // A connection that has ended is allocated again, with the check.
-            let told = self.explicit(slave, service::GET, IDENTITY, &[SERIAL])?;
-            told.must(slave.mac, "to read the serial number")?;
-        }
-        Ok(())
-    }
-
-    /// Allocates the connection of DeviceNet, if it is not allocated.
-    ///
-    /// # Errors
-    /// Another sensor answers, nobody answers, or the adapter fails.
-    fn slave(&mut self, slave: Slave) -> Result<Slave, Error> {
-        if !self.is_allocated {
-            self.settings.clear();
-            slave.allocate(&mut self.link)?;
-            self.is_allocated = true;
-            if let Some(expected) = self.expected {
-                let told = slave.explicit(&mut self.link, service::GET, IDENTITY, &[SERIAL])?;
-                let told = told.must(slave.mac, "to read the serial number")?;
-                if number(&told) != expected {
-                    self.release()?;
-                    let what = format!("serial {} at MAC ID {}", number(&told), slave.mac);
-                    return Err(connect::other(&what));
-                }
-            }
-        }
-        Ok(slave)
+        self.connection.is_allocated = false;
     }
 
     /// The bytes of an entry; a text has any length. A request without an answer is repeated.
@@ -186,7 +136,7 @@ impl Session {
         if let Some(known) = &mut self.known {
             known.read.push((entry.address, bytes.clone()));
         }
-        if self.is_allocated && entry.writable && !entry.command {
+        if self.connection.is_allocated && entry.writable && !entry.command {
             self.settings.retain(|(own, _)| *own != entry.address);
             self.settings.push((entry.address, bytes.clone()));
         }
@@ -206,59 +156,8 @@ impl Session {
     }
 
     fn bytes_once(&mut self, entry: &Entry) -> Result<Vec<u8>, Error> {
-        match (self.target, entry.address) {
-            (Target::Fsc(sensor), Address::Fsc { read, .. }) => {
-                let reply = fsc::once(&mut self.link, sensor, read, &[], fsc::ANSWER)?;
-                Ok(reply.data)
-            }
-            (target, Address::Object { index, sub }) => {
-                let server = target.server().ok_or_else(|| unexpected(&entry.name))?;
-                let answer = server.read(&mut self.link, index, sub)?;
-                answer.must(server, &format!("to read {}", entry.name))
-            }
-            (
-                Target::Devicenet(slave),
-                Address::Attribute {
-                    class,
-                    instance,
-                    attribute,
-                },
-            ) => {
-                let path = Path { class, instance };
-                let response = self.explicit(slave, service::GET, path, &[attribute])?;
-                let bytes = response.must(slave.mac, &format!("to read {}", entry.name))?;
-                Ok(match entry.data_type {
-                    DataType::Text => short_string(&bytes).to_vec(),
-                    _ => bytes,
-                })
-            }
-            _ => Err(unexpected(&entry.name)),
-        }
-    }
-
-    /// A request on the explicit connection. A pause of more than 10 s ends the connection; then it is allocated again.
-    ///
-    /// # Errors
-    /// Another master owns the sensor, or the adapter fails.
-    pub(crate) fn explicit(
-        &mut self,
-        slave: Slave,
-        code: u8,
-        path: Path,
-        data: &[u8],
-    ) -> Result<Response, Error> {
-        let was_allocated = self.is_allocated;
-        let slave = self.slave(slave)?;
-        let response = slave.explicit(&mut self.link, code, path, data)?;
-        if response != Response::Silent {
-            self.used = Some(self.link.now());
-        }
-        if response != Response::Silent || !was_allocated {
-            return Ok(response);
-        }
-        self.is_allocated = false;
-        let slave = self.slave(slave)?;
-        slave.explicit(&mut self.link, code, path, data)
+        let target = self.target;
+        target.read(self, entry)
     }
 
     /// The raw number of an entry.
@@ -276,7 +175,9 @@ impl Session {
     /// See [`read_bytes`](Self::read_bytes).
     pub(crate) fn in_force(&mut self, entry: &Entry) -> Result<u32, Error> {
         let mut settings = self.settings.iter();
-        match settings.find(|(address, _)| self.is_allocated && *address == entry.address) {
+        match settings
+            .find(|(address, _)| self.connection.is_allocated && *address == entry.address)
+        {
             Some((_, bytes)) => raw_number(entry, bytes),
             None => self.read(entry),
         }
@@ -296,44 +197,8 @@ impl Session {
     /// # Errors
     /// The sensor refuses, nobody answers, or the adapter fails.
     pub fn write(&mut self, values: &[(Entry, u32)]) -> Result<(), Error> {
-        let mut done = Vec::new();
-        for (entry, raw) in values {
-            match (self.target, entry.address) {
-                (
-                    Target::Fsc(_),
-                    Address::Fsc {
-                        write: Some(write), ..
-                    },
-                ) => {
-                    if !done.contains(&write) {
-                        done.push(write);
-                        let data = self.bytes_of_code(write, values)?;
-                        self.fsc_command(write, &data, fsc::WRITTEN)?;
-                    }
-                }
-                _ => {
-                    let size = usize::from(entry.data_type.size());
-                    self.write_bytes(entry, &raw.to_le_bytes()[..size])?;
-                }
-            }
-        }
-        Ok(())
-    }
-
-    /// The data of a write code: the given values, and the present ones of the other parameters.
-    fn bytes_of_code(&mut self, code: u8, values: &[(Entry, u32)]) -> Result<Vec<u8>, Error> {
-        let is = |entry: &&Entry| matches!(entry.address, Address::Fsc { write: Some(own), .. } if own == code);
-        let parts: Vec<Entry> = self.sheet.entries.iter().filter(is).cloned().collect();
-        let mut data = Vec::new();
-        for part in parts {
-            let given = values.iter().find(|(entry, _)| entry.name == part.name);
-            let raw = match given {
-                Some((_, raw)) => *raw,
-                None => self.read(&part)?,
-            };
-            data.extend_from_slice(&raw.to_le_bytes()[..usize::from(part.data_type.size())]);
-        }
-        Ok(data)
+        let target = self.target;
+        target.write_values(self, values)
     }
 
     /// Writes the bytes of an entry, also none (FSC: the sensor takes the value from the present position) or a text.
@@ -352,64 +217,81 @@ impl Session {
             let is_resolution = |address| is_kept && resolution == Some(address);
             known.read.retain(|(address, _)| is_resolution(*address));
         }
-        let what = format!("to write {}", entry.name);
-        match (self.target, entry.address) {
-            (
-                Target::Fsc(_),
-                Address::Fsc {
-                    write: Some(write), ..
-                },
-            ) => self.fsc_command(write, bytes, fsc::WRITTEN),
-            (target, Address::Object { index, sub }) => {
-                let server = target.server().ok_or_else(|| unexpected(&entry.name))?;
-                let server = server.patient();
-                server
-                    .write(&mut self.link, index, sub, bytes)?
-                    .must(server, &what)
-            }
-            (
-                Target::Devicenet(slave),
-                Address::Attribute {
-                    class,
-                    instance,
-                    attribute,
-                },
-            ) => {
-                let path = Path { class, instance };
-                let data = [&[attribute], bytes].concat();
-                let response = self.explicit(slave, service::SET, path, &data)?;
-                response.must(slave.mac, &what)?;
-                if is_kept {
-                    self.settings.push((entry.address, bytes.to_vec()));
-                }
-                Ok(())
-            }
-            _ => Err(unexpected(&entry.name)),
-        }
-    }
-
-    fn fsc_command(&mut self, code: u8, data: &[u8], time: Duration) -> Result<(), Error> {
-        let (Target::Fsc(sensor), Protocol::Fsc(tables)) =
-            (self.target, &self.sheet.product.protocol)
-        else {
-            return Err(unexpected("the request"));
-        };
-        // The request for the status clears its errors. There is nothing to clear if the reply before this request had none.
-        let is_clean = self.known.as_ref().is_some_and(|known| known.is_clean);
-        let earlier = match is_clean {
-            true => Vec::new(),
-            false => fsc::earlier(&mut self.link, sensor, tables)?,
-        };
-        if let Some(known) = &mut self.known {
-            known.read.clear();
-        }
-        fsc::command(&mut self.link, sensor, tables, code, data, time)?;
-        for name in earlier {
-            let note =
-                format!("the sensor had the error {name} before this command, which cleared it");
-            self.note(note);
+        let target = self.target;
+        target.write(self, entry, bytes)?;
+        if is_kept && self.connection.is_allocated {
+            self.settings.push((entry.address, bytes.to_vec()));
         }
         Ok(())
+    }
+
+    /// Writes the number that an entry had before the tool changed it for a moment, also if the user wants to stop. A write without an
+    /// answer is repeated.
+    ///
+    /// # Errors
+    /// The sensor refuses, nobody answers, or the adapter fails. The message says what the user has to set.
+    pub fn put_back(&mut self, entry: &Entry, raw: u32) -> Result<(), Error> {
+        let was_ending = self.link.set_ending(true);
+        let value = [(entry.clone(), raw)];
+        let mut written = self.write(&value);
+        for _ in 1..TRIES {
+            match &written {
+                Err(failure) if failure.code == "no-answer" => written = self.write(&value),
+                _ => break,
+            }
+        }
+        self.link.set_ending(was_ending);
+        written.map_err(|failure| Error {
+            message: format!(
+                "{}; the tool could not restore {}, which was {}: `plumbline set {}=raw:{raw}`, or switch the sensor off and on",
+                failure.message,
+                entry.name,
+                entry.text(raw),
+                entry.name
+            ),
+            ..failure
+        })
+    }
+
+    /// The serial number of the sensor, if its protocol tells it in one answer.
+    ///
+    /// # Errors
+    /// The sensor refuses, nobody answers, or the adapter fails.
+    pub(crate) fn serial(&mut self) -> Result<Option<u32>, Error> {
+        let target = self.target;
+        target.serial(self)
+    }
+
+    /// Stores the parameters. Returns a sentence about what happened.
+    ///
+    /// # Errors
+    /// The sensor refuses, nobody answers, or the adapter fails.
+    pub fn save(&mut self) -> Result<&'static str, Error> {
+        let target = self.target;
+        target.save(self)
+    }
+
+    /// Whether the sensor takes its factory values at its next start, without storing them.
+    pub fn loads_at_restart(&self) -> bool {
+        self.target.loads_at_restart(self)
+    }
+
+    /// Loads the factory values. Returns a sentence about what follows.
+    ///
+    /// # Errors
+    /// The sensor refuses, nobody answers, or the adapter fails.
+    pub fn load_factory(&mut self) -> Result<&'static str, Error> {
+        let target = self.target;
+        target.load(self)
+    }
+
+    /// Restarts the sensor.
+    ///
+    /// # Errors
+    /// The sensor refuses, nobody answers, or the adapter fails.
+    pub fn restart(&mut self) -> Result<(), Error> {
+        let target = self.target;
+        target.restart(self)
     }
 
     /// The number of an entry with the scale in force: the resolution can select it. Of a sensor that is only listened to, that as
@@ -452,19 +334,11 @@ fn part(entry: &Entry, bytes: &[u8]) -> Result<Vec<u8>, Error> {
 }
 
 /// The answer does not fit the product.
-fn unexpected(what: &str) -> Error {
+pub(crate) fn unexpected(what: &str) -> Error {
     Error::refused(
         "unexpected-answer",
         format!("the answer to {what} does not fit the product: is --product right?"),
     )
-}
-
-/// The letters of a text of DeviceNet (SHORT_STRING), which begins with its length.
-fn short_string(bytes: &[u8]) -> &[u8] {
-    match bytes {
-        [length, letters @ ..] => &letters[..letters.len().min(usize::from(*length))],
-        [] => bytes,
-    }
 }
 
 fn raw_number(entry: &Entry, bytes: &[u8]) -> Result<u32, Error> {

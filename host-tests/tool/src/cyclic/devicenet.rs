@@ -199,7 +199,7 @@ impl Io {
         }
         let rate = (every.max(LEAST) as u16).to_le_bytes();
         let data = [RATE, rate[0], rate[1]];
-        let response = session.explicit(slave, service::SET, CONNECTION, &data)?;
+        let response = slave.request_in(session, service::SET, CONNECTION, &data)?;
         response.must(slave.mac, "the expected packet rate")?;
         if let Some(polls) = &mut self.polls {
             polls.next = session.link.now();

@@ -15,10 +15,12 @@ pub use roles::{Codes, Roles, Storing, factory_rate, factory_target, factory_tar
 use crate::client::Link;
 use crate::client::devicenet::Slave;
 use crate::client::fsc::Sensor;
-use crate::client::sdo::Server;
 use crate::error::Error;
+use crate::ops::identity::Values;
 use crate::scan::listen;
-use plumbline::can::{CanId, Frame};
+use crate::session::Session;
+use crate::sheet::Entry;
+use plumbline::can::{BitRate, CanId, Frame};
 use plumbline::model::catalog::Product;
 use std::ops::{Deref, RangeInclusive};
 
@@ -71,9 +73,95 @@ pub trait Master {
     /// The address with its kind, for people.
     fn named(&self) -> String;
 
-    /// The server of its objects, if it has one.
-    fn server(&self) -> Option<Server> {
-        None
+    /// Reads the bytes with an entry; for GEMAC all data of the reply.
+    ///
+    /// # Errors
+    /// The sensor refuses, nobody answers, or the adapter fails.
+    fn read(&self, session: &mut Session, entry: &Entry) -> Result<Vec<u8>, Error>;
+
+    /// Writes the bytes of an entry, also none (GEMAC: the sensor takes the value from the present position) or a text.
+    ///
+    /// # Errors
+    /// See [`read`](Self::read).
+    fn write(&self, session: &mut Session, entry: &Entry, bytes: &[u8]) -> Result<(), Error>;
+
+    /// Writes raw numbers.
+    ///
+    /// # Errors
+    /// See [`read`](Self::read).
+    fn write_values(&self, session: &mut Session, values: &[(Entry, u32)]) -> Result<(), Error> {
+        for (entry, raw) in values {
+            let size = usize::from(entry.data_type.size());
+            session.write_bytes(entry, &raw.to_le_bytes()[..size])?;
+        }
+        Ok(())
+    }
+
+    /// The serial number of the sensor, if its protocol tells it in one answer.
+    ///
+    /// # Errors
+    /// See [`read`](Self::read).
+    fn serial(&self, _session: &mut Session) -> Result<Option<u32>, Error> {
+        Ok(None)
+    }
+
+    /// Whether the connection of the session shows that this is still the expected sensor.
+    ///
+    /// # Errors
+    /// Another sensor answers, nobody answers, or the adapter fails.
+    fn is_connected(&self, _session: &mut Session) -> Result<bool, Error> {
+        Ok(false)
+    }
+
+    /// Stores the parameters. Returns a sentence about what happened.
+    ///
+    /// # Errors
+    /// See [`read`](Self::read).
+    fn save(&self, session: &mut Session) -> Result<&'static str, Error>;
+
+    /// Whether the sensor takes its factory values at its next start, without storing them.
+    fn loads_at_restart(&self, _session: &Session) -> bool {
+        false
+    }
+
+    /// Loads the factory values. Returns a sentence about what follows.
+    ///
+    /// # Errors
+    /// See [`read`](Self::read).
+    fn load(&self, session: &mut Session) -> Result<&'static str, Error>;
+
+    /// Restarts the sensor.
+    ///
+    /// # Errors
+    /// See [`read`](Self::read).
+    fn restart(&self, session: &mut Session) -> Result<(), Error>;
+
+    /// Stores a bit rate and nothing else. False: the sensor does not have this service.
+    ///
+    /// # Errors
+    /// See [`read`](Self::read).
+    fn store_rate(&self, _session: &mut Session, _rate: BitRate) -> Result<bool, Error> {
+        Ok(false)
+    }
+
+    /// What the sensor tells about itself; what it does not have is left out.
+    ///
+    /// # Errors
+    /// Nobody answers, or the adapter fails.
+    fn identity(&self, session: &mut Session) -> Result<Values, Error>;
+
+    /// Sends one request of the user, and returns the bytes of its answer.
+    ///
+    /// # Errors
+    /// The request is not valid, the sensor refuses, nobody answers, or the adapter fails.
+    fn raw(&self, link: &mut Link, request: &str) -> Result<Vec<u8>, Error>;
+
+    /// Releases what the session has allocated in the sensor.
+    ///
+    /// # Errors
+    /// The adapter fails.
+    fn release(&self, _session: &mut Session) -> Result<(), Error> {
+        Ok(())
     }
 
     /// Whether a node has this address: listens for its messages, then asks several times. Identifiers of GEMAC are not checked.

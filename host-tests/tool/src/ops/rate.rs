@@ -4,19 +4,16 @@
 use super::{Report, address, adjust, set};
 use crate::adapter::Mode;
 use crate::cli::NewRate;
-use crate::client::lss;
-use crate::client::sdo::Server;
 use crate::error::Error;
 use crate::identify::{self, Found};
+use crate::master::Target;
 use crate::master::{Codes, Storing};
-use crate::master::{Node, Target};
 use crate::output::Terminal;
 use crate::question::Change;
 use crate::session::Session;
 use crate::sheet::Entry;
 use plumbline::can::BitRate;
-use plumbline::model::catalog::Protocol;
-use plumbline::param::{ParameterId, number};
+use plumbline::param::ParameterId;
 use plumbline::time::{Duration, after, millis};
 
 /// The time in which a DeviceNet sensor has stored a change by itself.
@@ -28,9 +25,6 @@ const RESTART: Duration = millis(4000);
 /// The time in which the request to restart leaves the adapter. The adapter must not be at the old rate any more when the sensor sends
 /// its first message at the new one: its error frames can bring the sensor to bus-off.
 pub(super) const SOON: Duration = millis(4);
-
-/// The identity object of CANopen.
-const IDENTITY: u16 = 0x1018;
 
 pub(super) fn rate(
     session: &mut Session,
@@ -159,18 +153,10 @@ pub(crate) fn next_target(session: &mut Session) -> Result<Target, Error> {
 
 /// Writes the rate and stores it: by LSS where the product has it, which stores nothing else.
 fn store(session: &mut Session, entry: &Entry, new: NewRate, raw: u32) -> Result<(), Error> {
-    if let (Protocol::Canopen(tables), Target::Canopen(Node(node))) =
-        (&session.sheet.product.protocol, session.target)
-        && let Some(index) = new.fixed().filter(|_| tables.lss).and_then(lss::index)
+    let target = session.target;
+    if let Some(rate) = new.fixed()
+        && target.store_rate(session, rate)?
     {
-        let mut identity = [0; 4];
-        for (sub, own) in (1..).zip(&mut identity) {
-            let answer = Server::of(node).read(&mut session.link, IDENTITY, sub)?;
-            *own = number(&answer.must(node, "to read the identity")?);
-        }
-        let stored = lss::store_rate(&mut session.link, identity, index);
-        lss::release(&mut session.link)?;
-        stored?;
         return set::read_back(session, &vec![(entry.clone(), raw)]);
     }
     set::write(session, &vec![(entry.clone(), raw)])?;

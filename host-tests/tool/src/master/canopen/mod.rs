@@ -1,10 +1,19 @@
 //! CANopen.
 
+mod identity;
+pub(super) mod raw;
+mod session;
+
+pub(super) use session::{commands, load, loads_at_restart, object, own, read, save, write};
+
 use super::{Master, Protocol, Roles, Storing, Target};
 use crate::client::Link;
-use crate::client::sdo::{Answer, Server};
+use crate::client::sdo::Answer;
 use crate::error::Error;
-use plumbline::can::CanId;
+use crate::ops::identity::Values;
+use crate::session::Session;
+use crate::sheet::Entry;
+use plumbline::can::{BitRate, CanId};
 use plumbline::canopen::cob_id::{EMCY, ERROR_CONTROL, SDO_REPLY};
 use plumbline::canopen::dictionary::Service;
 use plumbline::canopen::lss::UNCONFIGURED;
@@ -80,15 +89,51 @@ impl Master for Node {
         format!("node-ID {}", self.0)
     }
 
-    fn server(&self) -> Option<Server> {
-        Some(Server::of(self.0))
+    fn read(&self, session: &mut Session, entry: &Entry) -> Result<Vec<u8>, Error> {
+        read(session, self.server(), entry)
+    }
+
+    fn write(&self, session: &mut Session, entry: &Entry, bytes: &[u8]) -> Result<(), Error> {
+        write(session, self.server(), entry, bytes)
+    }
+
+    fn serial(&self, session: &mut Session) -> Result<Option<u32>, Error> {
+        self.serial_in(session)
+    }
+
+    fn save(&self, session: &mut Session) -> Result<&'static str, Error> {
+        save(session, self.server())
+    }
+
+    fn loads_at_restart(&self, session: &Session) -> bool {
+        loads_at_restart(session)
+    }
+
+    fn load(&self, session: &mut Session) -> Result<&'static str, Error> {
+        load(session, self.server())
+    }
+
+    fn restart(&self, session: &mut Session) -> Result<(), Error> {
+        self.restart_in(session)
+    }
+
+    fn identity(&self, session: &mut Session) -> Result<Values, Error> {
+        identity::told(session, self.server())
+    }
+
+    fn raw(&self, link: &mut Link, request: &str) -> Result<Vec<u8>, Error> {
+        raw::send(link, self.server(), request)
+    }
+
+    fn store_rate(&self, session: &mut Session, rate: BitRate) -> Result<bool, Error> {
+        self.store_by_lss(session, rate)
     }
 
     fn is_used(&self, link: &mut Link) -> Result<bool, Error> {
         let messages = [ERROR_CONTROL, SDO_REPLY, EMCY];
         let messages = messages.map(|base| CanId::standard(base + u16::from(self.0)));
         super::is_there(link, &messages, |link| {
-            Ok(Server::of(self.0).read(link, 0x1000, 0)? != Answer::Silent)
+            Ok(self.server().read(link, 0x1000, 0)? != Answer::Silent)
         })
     }
 }

@@ -1,10 +1,19 @@
 //! DeviceNet.
 
+mod connection;
+mod identity;
+
+pub(crate) use connection::Connection;
+
 use super::{Master, Protocol, Roles, Storing, Target};
-use crate::client::devicenet::Slave;
+use crate::client::devicenet::{Path, Slave};
 use crate::client::{Link, sdo};
 use crate::error::Error;
 use crate::identify;
+use crate::ops::identity::Values;
+use crate::ops::raw::{bad, bytes};
+use crate::session::Session;
+use crate::sheet::Entry;
 use plumbline::can::CanId;
 use plumbline::devicenet::identifiers::group_2_id;
 use plumbline::model::catalog::{self, Product};
@@ -55,6 +64,59 @@ impl Master for Slave {
 
     fn named(&self) -> String {
         format!("MAC ID {}", self.mac)
+    }
+
+    fn read(&self, session: &mut Session, entry: &Entry) -> Result<Vec<u8>, Error> {
+        self.read_in(session, entry)
+    }
+
+    fn write(&self, session: &mut Session, entry: &Entry, bytes: &[u8]) -> Result<(), Error> {
+        self.write_in(session, entry, bytes)
+    }
+
+    fn is_connected(&self, session: &mut Session) -> Result<bool, Error> {
+        let is_checked = session.expected.is_some();
+        if is_checked {
+            self.freshen(session)?;
+        }
+        Ok(is_checked)
+    }
+
+    fn save(&self, _session: &mut Session) -> Result<&'static str, Error> {
+        Ok("the sensor stores each change by itself within one second")
+    }
+
+    fn load(&self, session: &mut Session) -> Result<&'static str, Error> {
+        self.reset(session, 1)?;
+        Ok("the sensor restarts with factory values, including MAC ID and bit rate")
+    }
+
+    fn restart(&self, session: &mut Session) -> Result<(), Error> {
+        self.reset(session, 0)
+    }
+
+    fn identity(&self, session: &mut Session) -> Result<Values, Error> {
+        identity::told(session, *self)
+    }
+
+    fn raw(&self, link: &mut Link, request: &str) -> Result<Vec<u8>, Error> {
+        let bytes = bytes(request)?;
+        let [service, class, instance, ref data @ ..] = bytes[..] else {
+            return Err(bad(request));
+        };
+        self.allocate(link)?;
+        let path = Path { class, instance };
+        let response = self.explicit(link, service, path, data);
+        link.end();
+        Slave::release(*self, link)?;
+        response?.must(self.mac, "the request")
+    }
+
+    fn release(&self, session: &mut Session) -> Result<(), Error> {
+        match std::mem::take(&mut session.connection.is_allocated) {
+            true => Slave::release(*self, &mut session.link),
+            false => Ok(()),
+        }
     }
 
     fn is_used(&self, link: &mut Link) -> Result<bool, Error> {

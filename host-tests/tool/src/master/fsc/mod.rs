@@ -1,10 +1,18 @@
 //! GEMAC function select codes.
 
+mod raw;
+mod session;
+
 use super::{Master, Protocol, Roles, Storing, Target};
+use crate::client::Link;
 use crate::client::fsc::{Sensor, shown};
 use crate::error::Error;
 use crate::number::identifier;
+use crate::ops::identity::Values;
+use crate::session::Session;
+use crate::sheet::Entry;
 use plumbline::can::CanId;
+use plumbline::fsc::table::Operation;
 use plumbline::model::catalog::{self, PRODUCTS, Product};
 use plumbline::model::listing::fsc::Tables;
 
@@ -75,5 +83,43 @@ impl Master for Sensor {
 
     fn named(&self) -> String {
         format!("identifier {}h", self.address())
+    }
+
+    fn read(&self, session: &mut Session, entry: &Entry) -> Result<Vec<u8>, Error> {
+        self.read_in(session, entry)
+    }
+
+    fn write(&self, session: &mut Session, entry: &Entry, bytes: &[u8]) -> Result<(), Error> {
+        self.write_in(session, entry, bytes)
+    }
+
+    fn write_values(&self, session: &mut Session, values: &[(Entry, u32)]) -> Result<(), Error> {
+        self.write_together(session, values)
+    }
+
+    fn serial(&self, session: &mut Session) -> Result<Option<u32>, Error> {
+        self.serial_in(session)
+    }
+
+    fn save(&self, session: &mut Session) -> Result<&'static str, Error> {
+        self.signed(session, Operation::Save)?;
+        Ok("stored")
+    }
+
+    fn load(&self, session: &mut Session) -> Result<&'static str, Error> {
+        self.signed(session, Operation::Load)?;
+        Ok("factory values are loaded and stored; identifiers and bit rate act after a restart")
+    }
+
+    fn restart(&self, session: &mut Session) -> Result<(), Error> {
+        self.restart_in(session)
+    }
+
+    fn identity(&self, session: &mut Session) -> Result<Values, Error> {
+        self.told(session)
+    }
+
+    fn raw(&self, link: &mut Link, request: &str) -> Result<Vec<u8>, Error> {
+        raw::send(link, *self, request)
     }
 }

@@ -1,9 +1,15 @@
 //! J1939. The parameters of a sensor are the objects of its CANopen dictionary.
 
+mod identity;
+mod raw;
+mod session;
+
 use super::{Master, Protocol, Roles, Storing, Target, canopen};
-use crate::client::sdo::Server;
 use crate::client::{Link, j1939};
 use crate::error::Error;
+use crate::ops::identity::Values;
+use crate::session::Session;
+use crate::sheet::Entry;
 use plumbline::model::catalog::{self, Product};
 use plumbline::model::listing::j1939::J1939Tables;
 
@@ -58,8 +64,38 @@ impl Master for Ca {
         format!("J1939 address {}", self.0)
     }
 
-    fn server(&self) -> Option<Server> {
-        Some(Server::j1939(self.0))
+    fn read(&self, session: &mut Session, entry: &Entry) -> Result<Vec<u8>, Error> {
+        canopen::read(session, self.server(), entry)
+    }
+
+    fn write(&self, session: &mut Session, entry: &Entry, bytes: &[u8]) -> Result<(), Error> {
+        canopen::write(session, self.server(), entry, bytes)
+    }
+
+    fn save(&self, session: &mut Session) -> Result<&'static str, Error> {
+        let server = self.must_have(session, "stores its parameters")?;
+        canopen::save(session, server)
+    }
+
+    fn loads_at_restart(&self, session: &Session) -> bool {
+        canopen::loads_at_restart(session)
+    }
+
+    fn load(&self, session: &mut Session) -> Result<&'static str, Error> {
+        let server = self.must_have(session, "loads its factory values")?;
+        canopen::load(session, server)
+    }
+
+    fn restart(&self, session: &mut Session) -> Result<(), Error> {
+        self.restart_in(session)
+    }
+
+    fn identity(&self, session: &mut Session) -> Result<Values, Error> {
+        identity::told(session, self.0)
+    }
+
+    fn raw(&self, link: &mut Link, request: &str) -> Result<Vec<u8>, Error> {
+        raw::send(link, *self, request)
     }
 
     fn is_used(&self, link: &mut Link) -> Result<bool, Error> {

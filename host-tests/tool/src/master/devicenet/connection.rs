@@ -1,0 +1,140 @@
+//! The explicit connection of a session, and the requests on it.
+
+use crate::client::devicenet::{Path, Response, Slave};
+use crate::connect;
+use crate::error::Error;
+use crate::session::{Session, unexpected};
+use crate::sheet::{Address, Entry};
+use plumbline::devicenet::service;
+use plumbline::param::{DataType, number};
+use plumbline::time::{Duration, Instant, after, millis};
+
+/// How long a connection is certain to live after an answer; it ends after 10 s.
+const FRESH: Duration = millis(5000);
+
+/// The identity object.
+pub(super) const IDENTITY: Path = Path {
+    class: 1,
+    instance: 1,
+};
+
+/// The attribute of the identity object with the serial number.
+const SERIAL: u8 = 6;
+
+/// The state of the connection.
+#[derive(Debug, Default)]
+pub struct Connection {
+    /// It is allocated. Meanwhile nobody else can change the sensor, and another sensor does not answer.
+    pub is_allocated: bool,
+    /// The last answer on it.
+    used: Option<Instant>,
+}
+
+impl Slave {
+    /// Allocates the connection of a session, if it is not allocated.
+    fn connect(self, session: &mut Session) -> Result<(), Error> {
+        if session.connection.is_allocated {
+            return Ok(());
+        }
+        session.forget_settings();
+        self.allocate(&mut session.link)?;
+        session.connection.is_allocated = true;
+        if let Some(expected) = session.expected {
+            let told = self.get(&mut session.link, IDENTITY, SERIAL)?;
+            let told = number(&told.must(self.mac, "to read the serial number")?);
+            if told != expected {
+                session.release()?;
+                let what = format!("serial {told} at MAC ID {}", self.mac);
+                return Err(connect::other(&what));
+            }
+        }
+        Ok(())
+    }
+
+    /// A request on the connection of a session. A pause of more than 10 s ends the connection; then it is allocated again.
+    ///
+    /// # Errors
+    /// Another master owns the sensor, another sensor answers, or the adapter fails.
+    pub(crate) fn request_in(
+        self,
+        session: &mut Session,
+        code: u8,
+        path: Path,
+        data: &[u8],
+    ) -> Result<Response, Error> {
+        let was_allocated = session.connection.is_allocated;
+        self.connect(session)?;
+        let response = self.explicit(&mut session.link, code, path, data)?;
+        if response != Response::Silent {
+            session.connection.used = Some(session.link.now());
+        }
+        if response != Response::Silent || !was_allocated {
+            return Ok(response);
+        }
+        session.connection.is_allocated = false;
+        self.connect(session)?;
+        self.explicit(&mut session.link, code, path, data)
+    }
+
+    /// Makes sure that the connection is still that to the expected sensor. A connection that has just been used is.
+    pub(super) fn freshen(self, session: &mut Session) -> Result<(), Error> {
+        let Connection { is_allocated, used } = session.connection;
+        let used = used.filter(|_| is_allocated);
+        if used.is_none_or(|used| session.link.now() >= after(used, FRESH)) {
+            // A connection that has ended is allocated again, with the check.
+            let told = self.request_in(session, service::GET, IDENTITY, &[SERIAL])?;
+            told.must(self.mac, "to read the serial number")?;
+        }
+        Ok(())
+    }
+
+    pub(super) fn read_in(self, session: &mut Session, entry: &Entry) -> Result<Vec<u8>, Error> {
+        let (path, attribute) = place(entry)?;
+        let response = self.request_in(session, service::GET, path, &[attribute])?;
+        let bytes = response.must(self.mac, &format!("to read {}", entry.name))?;
+        Ok(match entry.data_type {
+            DataType::Text => short_string(&bytes).to_vec(),
+            _ => bytes,
+        })
+    }
+
+    pub(super) fn write_in(
+        self,
+        session: &mut Session,
+        entry: &Entry,
+        bytes: &[u8],
+    ) -> Result<(), Error> {
+        let (path, attribute) = place(entry)?;
+        let data = [&[attribute], bytes].concat();
+        let response = self.request_in(session, service::SET, path, &data)?;
+        let what = format!("to write {}", entry.name);
+        response.must(self.mac, &what).map(|_| ())
+    }
+
+    /// The reset service of the identity object. It ends the connection.
+    pub(super) fn reset(self, session: &mut Session, kind: u8) -> Result<(), Error> {
+        let response = self.request_in(session, service::RESET, IDENTITY, &[kind])?;
+        session.connection.is_allocated = false;
+        response.must(self.mac, "the reset").map(|_| ())
+    }
+}
+
+/// The attribute of an entry.
+fn place(entry: &Entry) -> Result<(Path, u8), Error> {
+    match entry.address {
+        Address::Attribute {
+            class,
+            instance,
+            attribute,
+        } => Ok((Path { class, instance }, attribute)),
+        _ => Err(unexpected(&entry.name)),
+    }
+}
+
+/// The letters of a text (SHORT_STRING), which begins with its length.
+fn short_string(bytes: &[u8]) -> &[u8] {
+    match bytes {
+        [length, letters @ ..] => &letters[..letters.len().min(usize::from(*length))],
+        [] => bytes,
+    }
+}

@@ -1,0 +1,39 @@
+//! One request: a group, or an object as in CANopen.
+
+use super::Ca;
+use crate::client::{Link, j1939};
+use crate::error::Error;
+use crate::master::canopen;
+use crate::ops::raw::bad;
+
+/// Sends a request and returns the bytes of its answer.
+pub(super) fn send(link: &mut Link, ca: Ca, request: &str) -> Result<Vec<u8>, Error> {
+    match request.contains(':') {
+        true => canopen::raw::send(link, ca.server(), request),
+        false => group(link, ca.0, request),
+    }
+}
+
+/// Requests a group.
+fn group(link: &mut Link, address: u8, request: &str) -> Result<Vec<u8>, Error> {
+    const HIGHEST: u32 = 0x3_FFFF;
+    let pgn = u32::from_str_radix(request.trim(), 16).map_err(|_| bad(request))?;
+    if pgn > HIGHEST {
+        return Err(bad(request));
+    }
+    match j1939::get(link, address, pgn)? {
+        j1939::Answer::Data(data) => Ok(data),
+        j1939::Answer::Refused => Err(Error::refused(
+            "refused",
+            format!(
+                "the node does not have the group {pgn:05X}h, or cannot send it now: check the number, or repeat"
+            ),
+        )),
+        j1939::Answer::Silent => Err(Error::silent(
+            "no-answer",
+            format!(
+                "the J1939 address {address} does not answer: `plumbline scan` finds the sensor"
+            ),
+        )),
+    }
+}
