@@ -19,9 +19,16 @@ const CORE: [Register; 7] = [
     Register::new(0xE000_E41C, !0),
 ];
 
+/// IWDG_PR and IWDG_RLR, at the same addresses in all chips. Each feeding of the watchdog closes them again.
+const WATCHDOG: [Register; 2] = [
+    Register::new(0x4000_3004, 0x7).opened_by(IWDG_KR, 0x5555),
+    Register::new(0x4000_3008, 0xFFF).opened_by(IWDG_KR, 0x5555),
+];
+const IWDG_KR: usize = 0x4000_3000;
+
 /// All of them.
 fn registers() -> impl Iterator<Item = &'static Register> {
-    CORE.iter().chain(&REGISTERS)
+    CORE.iter().chain(&WATCHDOG).chain(&REGISTERS)
 }
 
 /// A configuration register, of which some bits are compared and restored.
@@ -32,6 +39,8 @@ pub struct Register {
     mask: u32,
     /// The value to write in the other bits. None: their present value.
     others: Option<u32>,
+    /// The register and the key that permit a write.
+    key: Option<(usize, u32)>,
 }
 
 impl Register {
@@ -41,6 +50,7 @@ impl Register {
             address,
             mask,
             others: None,
+            key: None,
         }
     }
 
@@ -48,6 +58,14 @@ impl Register {
     pub(super) const fn with_others(self, value: u32) -> Self {
         Self {
             others: Some(value),
+            ..self
+        }
+    }
+
+    /// A write needs this key in the register at `address`.
+    const fn opened_by(self, address: usize, key: u32) -> Self {
+        Self {
+            key: Some((address, key)),
             ..self
         }
     }
@@ -63,11 +81,16 @@ impl Register {
 
     fn write(&self, value: u32) {
         // SAFETY: as in `read`. The value is what the boot has written. The main loop is the only code that writes these registers.
-        unsafe { self.place().write_volatile(value) }
+        unsafe {
+            if let Some((address, key)) = self.key {
+                (address as *mut u32).write_volatile(key);
+            }
+            self.place().write_volatile(value);
+        }
     }
 }
 
-const COUNT: usize = CORE.len() + REGISTERS.len();
+const COUNT: usize = CORE.len() + WATCHDOG.len() + REGISTERS.len();
 
 /// The configuration after the boot.
 pub struct Configuration([u32; COUNT]);

@@ -23,6 +23,7 @@ pub use operation::{Times, Work};
 // The registers that both chips have in common, by their offset.
 const KEYR: u32 = 0x04;
 const OPTKEYR: u32 = 0x08;
+const SR: u32 = 0x0C;
 const CR: u32 = 0x10;
 
 /// The flash interface and the parameter pages.
@@ -40,6 +41,8 @@ pub struct FlashInterface {
     stale: bool,
     keys: Keys,
     busy_until: Option<Picoseconds>,
+    /// No barrier has followed the store that has started the last operation.
+    unfenced: bool,
     work: Option<Work>,
     supply: Supply,
     /// The supply in mV below which the microcontroller is reset.
@@ -75,6 +78,7 @@ impl FlashInterface {
             stale: false,
             keys: Keys::Locked,
             busy_until: None,
+            unfenced: false,
             work: None,
             supply: Supply::default(),
             reset_level: 0,
@@ -124,6 +128,11 @@ impl FlashInterface {
     /// True during an operation, at the time of the last access.
     pub fn is_busy(&self) -> bool {
         self.busy_until.is_some()
+    }
+
+    /// The processor executes a barrier.
+    pub fn barrier(&mut self) {
+        self.unfenced = false;
     }
 
     /// Sets the supply of the next operation, and the voltage in mV below which the microcontroller is reset.
@@ -188,8 +197,19 @@ impl FlashInterface {
     }
 
     /// Reads the register at `offset`.
-    pub fn read(&mut self, now: Picoseconds, offset: u32) -> Result<u32, AccessError> {
+    pub fn read(
+        &mut self,
+        now: Picoseconds,
+        offset: u32,
+        violations: &mut Violations,
+    ) -> Result<u32, AccessError> {
         self.settle(now);
+        // ES096: BSY is set one cycle after the store, which can still be in the write buffer.
+        violations.check(
+            offset == SR && std::mem::take(&mut self.unfenced),
+            "FLASH_SR",
+            "read without a barrier after the store that starts an operation: BSY may not be set yet",
+        );
         match (offset, self.chip) {
             // Write-only registers.
             (KEYR | OPTKEYR, _) => Ok(0),
@@ -316,6 +336,7 @@ impl FlashInterface {
             },
         };
         self.work = Some(work);
+        self.unfenced = true;
         self.busy_until = Some(now + work.duration());
     }
 

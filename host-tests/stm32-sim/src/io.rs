@@ -64,6 +64,9 @@ pub trait Io {
         None
     }
 
+    /// A barrier (DMB, DSB, ISB) is executed: all stores before it have reached their place.
+    fn barrier(&mut self) {}
+
     /// True once after an access that may have changed an interrupt line, the time of the next peripheral event, the clock or the
     /// flash: the processor stops after the instruction so that the machine can update.
     fn take_changed(&mut self) -> bool;

@@ -166,6 +166,20 @@ impl Iwdg {
         Ok(())
     }
 
+    /// A disturbance inverts bits of the register at `offset`. False for another register than PR and RLR.
+    pub fn disturb(&mut self, now: Picoseconds, offset: u32, bits: u32) -> bool {
+        self.settle(now);
+        let (register, mask) = match offset {
+            0x04 => (&mut self.prescaler, 0b111),
+            0x08 => (&mut self.reload, 0xFFF),
+            _ => return false,
+        };
+        register.new = Some((register.value ^ bits as u16 & mask, now));
+        self.settle(now);
+        self.expires_at = self.next_expiry();
+        true
+    }
+
     fn write_key(&mut self, now: Picoseconds, value: u32, violations: &mut Violations) {
         // Any other key write-protects PR and RLR again.
         self.writable = value & 0xFFFF == 0x5555;

@@ -234,6 +234,7 @@ impl CortexM3 {
             I::Nop => {}
             I::Barrier { instructions } => {
                 self.drain();
+                io.barrier();
                 if instructions {
                     self.fetch.forget();
                 }

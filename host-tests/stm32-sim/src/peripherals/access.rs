@@ -72,7 +72,7 @@ impl Peripherals {
                 self.spi.read(offset)
             }
             Module::Rcc => self.rcc.read(cycle, offset),
-            Module::Flash => self.flash.read(now, offset),
+            Module::Flash => self.flash.read(now, offset, &mut self.violations),
             Module::Dbgmcu => self.dbgmcu.read(offset),
         }
     }
@@ -291,6 +291,10 @@ impl Io for Peripherals {
             Module::Spi => self.spi.constant_until(offset),
             _ => None,
         }
+    }
+
+    fn barrier(&mut self) {
+        self.flash.barrier();
     }
 
     fn take_changed(&mut self) -> bool {

@@ -42,6 +42,12 @@ impl Peripherals {
                 self.can.disturb(now, offset, bits)
             }
             Module::Afio => self.afio.disturb(offset, bits),
+            Module::Iwdg => {
+                self.changed = true;
+                self.touched = true;
+                let now = self.now(cycle);
+                self.iwdg.disturb(now, offset, bits)
+            }
             _ => self
                 .write(cycle, address, Width::Word, value ^ bits)
                 .is_ok(),
@@ -52,8 +58,8 @@ impl Peripherals {
     fn is_configuration(&self, module: Module, offset: u32) -> bool {
         match module {
             Module::Signature => false,
-            // No value of its registers stops the watchdog.
-            Module::Iwdg => false,
+            // IWDG_PR, IWDG_RLR. No value stops the watchdog.
+            Module::Iwdg => matches!(offset, 0x04 | 0x08),
             // SR, EGR, CNT, and what TIM4 has captured.
             Module::Tim3 => !matches!(offset, 0x10 | 0x14 | 0x24),
             Module::Tim4 => !matches!(offset, 0x10 | 0x14 | 0x24 | 0x34..=0x40),

@@ -39,7 +39,9 @@ impl Bench {
     }
 
     fn read(&mut self, offset: u32) -> u32 {
-        self.flash.read(self.now, offset).unwrap()
+        self.flash
+            .read(self.now, offset, &mut Violations::default())
+            .unwrap()
     }
 
     fn put(&mut self, address: u32, width: Width, value: u32) -> Result<(), AccessError> {
@@ -248,4 +250,19 @@ fn faulty_memory_takes_same_time_without_error() {
     bench.flash.parameters_mut().fail_writes(false);
     bench.flash.parameters_mut().wear_out(3);
     assert_eq!(bench.program(PAGE, 0).0, Some(programmed(PAGE, 0x0008)));
+}
+
+#[test]
+fn state_of_an_operation_is_read_behind_a_barrier() {
+    for fenced in [true, false] {
+        let mut bench = Bench::unlocked();
+        bench.write(CR, PROGRAM).unwrap();
+        bench.put(PAGE, Width::HalfWord, 0x1234).unwrap();
+        if fenced {
+            bench.flash.barrier();
+        }
+        let (now, violations) = (bench.now, &mut bench.violations);
+        bench.flash.read(now, SR, violations).unwrap();
+        assert_eq!(violations.list().is_empty(), fenced);
+    }
 }

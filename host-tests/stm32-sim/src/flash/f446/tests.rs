@@ -66,7 +66,9 @@ impl Bench {
     }
 
     fn read(&mut self, offset: u32) -> u32 {
-        self.flash.read(self.now, offset).unwrap()
+        self.flash
+            .read(self.now, offset, &mut Violations::default())
+            .unwrap()
     }
 
     fn reasons(&self) -> Vec<&'static str> {
@@ -79,7 +81,8 @@ fn reset_values_match_manual() {
     // RM0390, section 3.8; FLASH_OPTCR has BOR_LEV = 0 (README).
     let memory = Flash::blank(Geometry::STM32F446);
     let mut flash = FlashInterface::new(Board::NucleoF446, memory);
-    let values = [0x00, SR, CR, 0x14].map(|offset| flash.read(0, offset).unwrap());
+    let values = [0x00, SR, CR, 0x14]
+        .map(|offset| flash.read(0, offset, &mut Violations::default()).unwrap());
     assert_eq!(values, [0, 0, 0x8000_0000, 0x0FFF_AAE1]);
 }
 
