@@ -13,6 +13,7 @@ use crate::client::j1939;
 use crate::eds;
 use crate::error::Error;
 use crate::identify::{self, Found};
+use crate::master::devicenet;
 use crate::master::j1939::PROTOCOL as J1939;
 use crate::master::{Ca, Target};
 use crate::master::{factory_target, factory_targets};
@@ -67,7 +68,7 @@ pub fn find(
         slave(wanted).filter(|slave| wanted.listens && passive::is_io(*slave, frames))
     {
         listen::open(&mut link, rates.first().copied().flatten(), terminal)?;
-        let found = identify::owned(slave);
+        let found = devicenet::owned(slave);
         terminal.note(found.line(link.rate()));
         return Ok((link, found));
     }

@@ -79,6 +79,20 @@ impl Identity {
 }
 
 impl Found {
+    /// A sensor that has told nothing yet.
+    pub(crate) fn at(target: Target) -> Self {
+        Self {
+            target,
+            products: Vec::new(),
+            article: None,
+            serial: None,
+            firmware: None,
+            label: None,
+            is_owned: false,
+            twins: Vec::new(),
+        }
+    }
+
     /// What tells it from other sensors.
     pub fn identity(&self) -> Identity {
         Identity {

@@ -16,12 +16,14 @@ use crate::client::Link;
 use crate::client::devicenet::Slave;
 use crate::client::fsc::Sensor;
 use crate::error::Error;
+use crate::identify::Found;
 use crate::ops::identity::Values;
 use crate::scan::listen;
 use crate::session::Session;
 use crate::sheet::Entry;
 use plumbline::can::{BitRate, CanId, Frame};
 use plumbline::model::catalog::Product;
+use plumbline::time::Duration;
 use std::ops::{Deref, RangeInclusive};
 
 /// What the tool knows of a protocol without a sensor.
@@ -31,6 +33,14 @@ pub struct Protocol {
     pub name: &'static str,
     /// The option of the command line with an address.
     pub option: &'static str,
+    /// What an address is, for people.
+    pub kind: &'static str,
+    /// The numbers that are addresses.
+    pub range: RangeInclusive<u8>,
+    /// What a product without such an address lacks, after its name.
+    pub lacks: &'static str,
+    /// The command that changes the address.
+    pub command: Option<&'static str>,
     /// The sensor at the address of this option.
     pub target: fn(&str) -> Result<Target, Error>,
     /// The parameters of a product with a role in this protocol; None: the product does not have this protocol.
@@ -56,6 +66,11 @@ impl Protocol {
         own.unwrap_or(PROTOCOLS[0])
     }
 
+    /// The numbers that are addresses, for people.
+    pub fn numbers(&self) -> String {
+        format!("{} to {}", self.range.start(), self.range.end())
+    }
+
     /// Whether a product can have this protocol.
     pub fn is_of(&self, product: &Product) -> bool {
         (self.roles)(product).is_some()
@@ -71,7 +86,15 @@ pub trait Master {
     fn address(&self) -> String;
 
     /// The address with its kind, for people.
-    fn named(&self) -> String;
+    fn named(&self) -> String {
+        format!("{} {}", self.protocol().kind, self.address())
+    }
+
+    /// The sensor at the address; None if nobody answers. Only reads, which change nothing. `time` is the wait for the first answer.
+    ///
+    /// # Errors
+    /// The adapter fails.
+    fn identify(&self, link: &mut Link, time: Duration) -> Result<Option<Found>, Error>;
 
     /// Reads the bytes with an entry; for GEMAC all data of the reply.
     ///
@@ -226,12 +249,17 @@ fn is_there(
 }
 
 /// The address of an option of the command line, which is a number.
-fn number(option: &str, text: &str, range: RangeInclusive<u8>, why: &str) -> Result<u8, Error> {
-    let number = text.parse().ok().filter(|number| range.contains(number));
-    number.ok_or_else(|| {
-        let message = format!(
-            "{option} {text}: {why}; `plumbline scan` shows the addresses of the sensors on the bus"
-        );
-        Error::usage("out-of-range", message)
-    })
+fn number(protocol: &Protocol, text: &str) -> Result<u8, Error> {
+    let number = text.parse().ok();
+    number
+        .filter(|number| protocol.range.contains(number))
+        .ok_or_else(|| {
+            let message = format!(
+                "{} {text}: a {} is {}; `plumbline scan` shows the addresses of the sensors on the bus",
+                protocol.option,
+                protocol.kind,
+                protocol.numbers()
+            );
+            Error::usage("out-of-range", message)
+        })
 }

@@ -2,89 +2,72 @@
 
 use super::Report;
 use super::set::write;
-use crate::client::devicenet::Slave;
-use crate::client::sdo::{Answer, Server};
 use crate::error::Error;
 use crate::identify;
-use crate::master::Roles;
-use crate::master::{Node, Target};
+use crate::master::{PROTOCOLS, Protocol, Roles, Target};
 use crate::plan::Values;
 use crate::session::Session;
 use crate::sheet::{Entry, Origin};
-use plumbline::model::catalog::{Product, Protocol};
+use plumbline::model::catalog::Product;
 use plumbline::time::{Duration, after, millis};
 
-/// The longest time until a CANopen sensor has restarted.
-const RESTART: Duration = millis(3000);
+/// The longest time until a sensor has restarted, or has checked its new address.
+const RESTART: Duration = millis(4000);
 
-/// The longest time until a DeviceNet sensor has made its duplicate MAC ID check.
-const CHECK: Duration = millis(4000);
-
-/// Changes the node-ID: write, save, reset node, then ask at the new one.
-pub(crate) fn node_id(session: &mut Session, new: u8) -> Result<Report, Error> {
-    let (Protocol::Canopen(tables), Target::Canopen(Node(old))) =
-        (&session.sheet.product.protocol, session.target)
-    else {
-        let message = format!(
-            "{} has no node-ID here: use `plumbline set`, `plumbline mac` or `plumbline address`",
-            session.sheet.product.name
-        );
-        return Err(Error::usage("not-offered", message));
+/// Changes the address of a sensor with this protocol, and asks at the new one.
+pub(super) fn change(
+    session: &mut Session,
+    protocol: &'static Protocol,
+    new: u8,
+) -> Result<Report, Error> {
+    let old = session.target;
+    let roles = session.roles().filter(|_| old.protocol() == protocol);
+    let roles = roles.ok_or_else(|| not_here(session, protocol))?;
+    let entry = session.entry(roles.address)?;
+    let kind = protocol.kind;
+    let permitted = match protocol.range.contains(&new) {
+        true => entry.check(new.into(), &entry.scale),
+        false => Err(format!(
+            "{new} is no {kind}: choose one from {}",
+            protocol.numbers()
+        )),
     };
-    let entry = session.entry(tables.node_id)?;
-    let permitted = if (1..=127).contains(&new) {
-        entry.check(new.into(), &entry.scale)
+    permitted.map_err(|why| Error::usage("out-of-range", why))?;
+    let target = (roles.target)(new.into())?;
+    if target == old {
+        return Ok(Report::done(format!("the {kind} is {new} already")));
+    }
+    free(session, target)?;
+    if roles.moves_at_once {
+        move_at_once(session, entry, new.into(), target)?;
     } else {
-        Err(format!("{new} is no node-ID: choose one from 1 to 127"))
-    };
-    permitted.map_err(|why| Error::usage("out-of-range", why))?;
-    if new == old {
-        return Ok(Report::done(format!("the node-ID is {new} already")));
+        write(session, &vec![(entry, new.into())])?;
+        session.save()?;
+        session.restart()?;
+        arrive(session, target)?;
     }
-    free(session, Target::Canopen(Node(new)))?;
-    write(session, &vec![(entry, new.into())])?;
-    session.save()?;
-    session.restart()?;
-    session.target = Target::Canopen(Node(new));
-    let until = after(session.link.now(), RESTART);
-    loop {
-        if Server::of(new).read(&mut session.link, 0x1000, 0)? != Answer::Silent {
-            return Ok(Report::done(format!(
-                "the node-ID is {new} now, and stored"
-            )));
-        }
-        if session.link.now() >= until {
-            return Err(missing(&format!("node-ID {new}")));
-        }
-    }
+    Ok(Report::done(format!("the {kind} is {new} now, and stored")))
 }
 
-/// Changes the MAC ID; the sensor checks it and is on-line about two seconds later.
-pub(crate) fn mac(session: &mut Session, new: u8) -> Result<Report, Error> {
-    let (Protocol::Devicenet(tables), Target::Devicenet(old)) =
-        (&session.sheet.product.protocol, session.target)
-    else {
-        let message = format!(
-            "{} has no MAC ID: use `plumbline set`, `plumbline node-id` or `plumbline address`",
-            session.sheet.product.name
-        );
-        return Err(Error::usage("not-offered", message));
-    };
-    let entry = session.entry(tables.roles.mac_id)?;
-    let permitted = entry.check(new.into(), &entry.scale);
-    permitted.map_err(|why| Error::usage("out-of-range", why))?;
-    if new == old.mac {
-        return Ok(Report::done(format!("the MAC ID is {new} already")));
-    }
-    free(session, Target::Devicenet(Slave { mac: new }))?;
-    move_mac(session, &entry, new)?;
-    Ok(Report::done(format!("the MAC ID is {new} now, and stored")))
+/// The sensor has no address of this protocol.
+pub(crate) fn not_here(session: &Session, protocol: &Protocol) -> Error {
+    let others = PROTOCOLS.iter().filter(|other| **other != protocol);
+    let others = others.filter_map(|other| other.command);
+    let others: Vec<String> = others.map(|name| format!("`plumbline {name}`")).collect();
+    let message = format!(
+        "{} {}: use `plumbline set`, {}",
+        session.sheet.product.name,
+        protocol.lacks,
+        others.join(" or ")
+    );
+    Error::usage("not-offered", message)
 }
 
-/// Whether the sensor has another address as soon as this is written.
-pub(crate) fn moves(product: &Product, entry: &Entry) -> bool {
-    let roles = Roles::of(product).filter(|roles| roles.moves_at_once);
-    roles.is_some_and(|roles| entry.origin == Origin::Parameter(roles.address))
+/// The address that the sensor has as soon as this is written.
+pub(super) fn moved(product: &Product, entry: &Entry, raw: u32) -> Option<Target> {
+    let roles = Roles::of(product).filter(|roles| roles.moves_at_once)?;
+    let is_own = entry.origin == Origin::Parameter(roles.address);
+    is_own.then(|| (roles.target)(raw).ok()).flatten()
 }
 
 /// Refuses values with an address that is in use.
@@ -119,17 +102,27 @@ pub(crate) fn free(session: &mut Session, target: Target) -> Result<(), Error> {
     }
 }
 
-/// Writes the MAC ID, and waits until the sensor is on-line with it.
-pub(crate) fn move_mac(session: &mut Session, entry: &Entry, new: u8) -> Result<(), Error> {
-    session.write_bytes(entry, &[new])?;
-    session.moved(Target::Devicenet(Slave { mac: new }));
-    let until = after(session.link.now(), CHECK);
+/// Writes an address that acts at once, and waits until the sensor answers there.
+pub(super) fn move_at_once(
+    session: &mut Session,
+    entry: Entry,
+    raw: u32,
+    target: Target,
+) -> Result<(), Error> {
+    session.write(&[(entry, raw)])?;
+    arrive(session, target)
+}
+
+/// Waits until the sensor answers at its new address.
+fn arrive(session: &mut Session, target: Target) -> Result<(), Error> {
+    session.moved(target);
+    let until = after(session.link.now(), RESTART);
     loop {
-        if identify::ask(&mut session.link, session.target, identify::PATIENT)?.is_some() {
+        if identify::ask(&mut session.link, target, identify::PATIENT)?.is_some() {
             return Ok(());
         }
         if session.link.now() >= until {
-            return Err(missing(&format!("MAC ID {new}")));
+            return Err(missing(&target.named()));
         }
     }
 }

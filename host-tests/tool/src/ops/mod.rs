@@ -5,7 +5,6 @@ pub(crate) mod adjust;
 mod factory;
 pub(crate) mod get;
 pub mod identity;
-pub mod j1939;
 pub(crate) mod label;
 pub(crate) mod rate;
 pub(crate) mod raw;
@@ -16,6 +15,7 @@ pub(crate) mod set;
 use crate::error::Error;
 use crate::identify::{self, Found};
 use crate::labels::Labels;
+use crate::master::{canopen, devicenet, j1939};
 use crate::output::Terminal;
 use crate::session::Session;
 pub use report::Report;
@@ -83,9 +83,9 @@ fn performed(
             session.restart()?;
             Ok(Report::done("the sensor restarts"))
         }
-        Request::NodeId { new } => address::node_id(session, *new),
-        Request::Mac { new } => address::mac(session, *new),
-        Request::Address { new } => j1939::address(session, *new),
+        Request::NodeId { new } => address::change(session, &canopen::PROTOCOL, *new),
+        Request::Mac { new } => address::change(session, &devicenet::PROTOCOL, *new),
+        Request::Address { new } => j1939::address::address(session, *new),
         Request::Rate { new } => rate::rate(session, found, *new, terminal),
         Request::Label { name, remove } => {
             let change = match (name, remove) {

@@ -2,7 +2,7 @@
 
 use super::adjust::What;
 use super::identity::Told;
-use super::j1939::Shown as Address;
+use crate::master::j1939::address::Shown as Address;
 use crate::sheet::Entry;
 use serde::ser::SerializeMap;
 use serde::{Serialize, Serializer};

@@ -169,11 +169,13 @@ pub(crate) fn write(session: &mut Session, values: &Checked) -> Result<(), Error
     let (moving, rest): (Checked, Checked) = values
         .iter()
         .cloned()
-        .partition(|(entry, _)| address::moves(product, entry));
+        .partition(|(entry, raw)| address::moved(product, entry, *raw).is_some());
     plan::write(session, &rest)?;
     read_back(session, &rest)?;
     for (entry, raw) in moving {
-        address::move_mac(session, &entry, raw as u8)?;
+        if let Some(target) = address::moved(product, &entry, raw) {
+            address::move_at_once(session, entry, raw, target)?;
+        }
     }
     Ok(())
 }

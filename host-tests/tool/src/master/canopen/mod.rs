@@ -1,5 +1,6 @@
 //! CANopen.
 
+mod identify;
 mod identity;
 pub(super) mod raw;
 mod session;
@@ -10,6 +11,7 @@ use super::{Master, Protocol, Roles, Storing, Target};
 use crate::client::Link;
 use crate::client::sdo::Answer;
 use crate::error::Error;
+use crate::identify::Found;
 use crate::ops::identity::Values;
 use crate::session::Session;
 use crate::sheet::Entry;
@@ -19,11 +21,16 @@ use plumbline::canopen::dictionary::Service;
 use plumbline::canopen::lss::UNCONFIGURED;
 use plumbline::model::catalog::{self, Product};
 use plumbline::model::listing::canopen::Tables;
+use plumbline::time::Duration;
 
 /// The protocol.
 pub const PROTOCOL: Protocol = Protocol {
     name: "canopen",
     option: "--node",
+    kind: "node-ID",
+    range: 1..=127,
+    lacks: "has no node-ID here",
+    command: Some("node-id"),
     target,
     roles,
 };
@@ -41,7 +48,7 @@ pub fn tables(product: &Product) -> Option<&Tables> {
 }
 
 fn target(node: &str) -> Result<Target, Error> {
-    let node = super::number("--node", node, 1..=127, "a node-ID is 1 to 127")?;
+    let node = super::number(&PROTOCOL, node)?;
     Ok(Target::Canopen(Node(node)))
 }
 
@@ -85,8 +92,8 @@ impl Master for Node {
         self.0.to_string()
     }
 
-    fn named(&self) -> String {
-        format!("node-ID {}", self.0)
+    fn identify(&self, link: &mut Link, time: Duration) -> Result<Option<Found>, Error> {
+        identify::ask(link, self.0, time)
     }
 
     fn read(&self, session: &mut Session, entry: &Entry) -> Result<Vec<u8>, Error> {

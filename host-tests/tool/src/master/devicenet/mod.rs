@@ -1,15 +1,17 @@
 //! DeviceNet.
 
 mod connection;
+mod identify;
 mod identity;
 
 pub(crate) use connection::Connection;
+pub(crate) use identify::owned;
 
 use super::{Master, Protocol, Roles, Storing, Target};
 use crate::client::devicenet::{Path, Slave};
 use crate::client::{Link, sdo};
 use crate::error::Error;
-use crate::identify;
+use crate::identify::Found;
 use crate::ops::identity::Values;
 use crate::ops::raw::{bad, bytes};
 use crate::session::Session;
@@ -18,11 +20,16 @@ use plumbline::can::CanId;
 use plumbline::devicenet::identifiers::group_2_id;
 use plumbline::model::catalog::{self, Product};
 use plumbline::model::listing::devicenet::Tables;
+use plumbline::time::Duration;
 
 /// The protocol.
 pub const PROTOCOL: Protocol = Protocol {
     name: "devicenet",
     option: "--mac",
+    kind: "MAC ID",
+    range: 0..=63,
+    lacks: "has no MAC ID",
+    command: Some("mac"),
     target,
     roles,
 };
@@ -36,7 +43,7 @@ pub fn tables(product: &Product) -> Option<&Tables> {
 }
 
 fn target(mac: &str) -> Result<Target, Error> {
-    let mac = super::number("--mac", mac, 0..=63, "a MAC ID is 0 to 63")?;
+    let mac = super::number(&PROTOCOL, mac)?;
     Ok(Target::Devicenet(Slave { mac }))
 }
 
@@ -62,8 +69,8 @@ impl Master for Slave {
         self.mac.to_string()
     }
 
-    fn named(&self) -> String {
-        format!("MAC ID {}", self.mac)
+    fn identify(&self, link: &mut Link, time: Duration) -> Result<Option<Found>, Error> {
+        identify::ask(link, *self, time)
     }
 
     fn read(&self, session: &mut Session, entry: &Entry) -> Result<Vec<u8>, Error> {
@@ -125,7 +132,7 @@ impl Master for Slave {
             *id = CanId::standard(group_2_id(self.mac, message));
         }
         super::is_there(link, &messages, |link| {
-            let answer = identify::ask(link, Target::Devicenet(*self), sdo::ANSWER)?;
+            let answer = crate::identify::ask(link, Target::Devicenet(*self), sdo::ANSWER)?;
             Ok(answer.is_some())
         })
     }

@@ -1,5 +1,6 @@
 //! GEMAC function select codes.
 
+mod identify;
 mod raw;
 mod session;
 
@@ -7,6 +8,7 @@ use super::{Master, Protocol, Roles, Storing, Target};
 use crate::client::Link;
 use crate::client::fsc::{Sensor, shown};
 use crate::error::Error;
+use crate::identify::Found;
 use crate::number::identifier;
 use crate::ops::identity::Values;
 use crate::session::Session;
@@ -15,11 +17,16 @@ use plumbline::can::CanId;
 use plumbline::fsc::table::Operation;
 use plumbline::model::catalog::{self, PRODUCTS, Product};
 use plumbline::model::listing::fsc::Tables;
+use plumbline::time::Duration;
 
 /// The protocol.
 pub const PROTOCOL: Protocol = Protocol {
     name: "fsc",
     option: "--id",
+    kind: "identifier",
+    range: 0..=0,
+    lacks: "has no identifier here",
+    command: None,
     target,
     roles,
 };
@@ -83,6 +90,10 @@ impl Master for Sensor {
 
     fn named(&self) -> String {
         format!("identifier {}h", self.address())
+    }
+
+    fn identify(&self, link: &mut Link, time: Duration) -> Result<Option<Found>, Error> {
+        identify::ask(link, *self, time)
     }
 
     fn read(&self, session: &mut Session, entry: &Entry) -> Result<Vec<u8>, Error> {

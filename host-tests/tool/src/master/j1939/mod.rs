@@ -1,5 +1,7 @@
 //! J1939. The parameters of a sensor are the objects of its CANopen dictionary.
 
+pub mod address;
+mod identify;
 mod identity;
 mod raw;
 mod session;
@@ -7,16 +9,22 @@ mod session;
 use super::{Master, Protocol, Roles, Storing, Target, canopen};
 use crate::client::{Link, j1939};
 use crate::error::Error;
+use crate::identify::Found;
 use crate::ops::identity::Values;
 use crate::session::Session;
 use crate::sheet::Entry;
 use plumbline::model::catalog::{self, Product};
 use plumbline::model::listing::j1939::J1939Tables;
+use plumbline::time::Duration;
 
 /// The protocol.
 pub const PROTOCOL: Protocol = Protocol {
     name: "j1939",
     option: "--address",
+    kind: "J1939 address",
+    range: 0..=253,
+    lacks: "does not speak J1939 here",
+    command: Some("address"),
     target,
     roles,
 };
@@ -34,7 +42,7 @@ pub fn tables(product: &Product) -> Option<&J1939Tables> {
 }
 
 fn target(address: &str) -> Result<Target, Error> {
-    let address = super::number("--address", address, 0..=253, "a J1939 address is 0 to 253")?;
+    let address = super::number(&PROTOCOL, address)?;
     Ok(Target::J1939(Ca(address)))
 }
 
@@ -60,8 +68,8 @@ impl Master for Ca {
         self.0.to_string()
     }
 
-    fn named(&self) -> String {
-        format!("J1939 address {}", self.0)
+    fn identify(&self, link: &mut Link, time: Duration) -> Result<Option<Found>, Error> {
+        identify::ask(link, self.0, time)
     }
 
     fn read(&self, session: &mut Session, entry: &Entry) -> Result<Vec<u8>, Error> {

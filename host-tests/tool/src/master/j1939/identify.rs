@@ -1,11 +1,11 @@
 //! Which product answers at a J1939 address. Only standard requests: parameters are in a proprietary group, which can be a command to
 //! another device.
 
-use super::{Found, TRIES, text_of};
+use super::tables;
 use crate::client::Link;
 use crate::client::j1939::{Answer, get, name};
 use crate::error::Error;
-use crate::master::j1939::tables;
+use crate::identify::{Found, TRIES, text_of};
 use crate::master::{Ca, Target};
 use plumbline::j1939::identifier::{COMPONENT_IDENTIFICATION, Pgn, SOFTWARE_IDENTIFICATION};
 use plumbline::j1939::name::Name;
@@ -34,7 +34,6 @@ pub(super) fn ask(link: &mut Link, address: u8, time: Duration) -> Result<Option
         .collect();
     let article = field(1).map_or_else(|| shown(own), str::to_owned);
     Ok(Some(Found {
-        target: Target::J1939(Ca(address)),
         article: Some(article),
         serial: field(2).and_then(|text| text.parse().ok()),
         firmware: match products.is_empty() {
@@ -42,9 +41,7 @@ pub(super) fn ask(link: &mut Link, address: u8, time: Duration) -> Result<Option
             false => software(link, address)?,
         },
         products,
-        label: None,
-        is_owned: false,
-        twins: Vec::new(),
+        ..Found::at(Target::J1939(Ca(address)))
     }))
 }
 

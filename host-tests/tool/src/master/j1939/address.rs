@@ -3,12 +3,12 @@
 //! Commanded Address acts at once, and the sensor takes the address over into its parameter, which is stored then. A sensor that does not
 //! obey gets the parameter, and a restart.
 
-use super::Report;
-use super::address::{free, missing};
+use super::{PROTOCOL, tables};
 use crate::client::j1939::{self, ANSWER};
 use crate::error::Error;
-use crate::master::j1939::tables;
 use crate::master::{Ca, Target};
+use crate::ops::Report;
+use crate::ops::address::{free, missing, not_here};
 use crate::session::Session;
 use plumbline::j1939::name::Name;
 use plumbline::param::ParameterId;
@@ -19,14 +19,10 @@ use serde::Serialize;
 const RESTART: Duration = millis(3000);
 
 /// Shows or changes the address.
-pub(super) fn address(session: &mut Session, new: Option<u8>) -> Result<Report, Error> {
+pub(crate) fn address(session: &mut Session, new: Option<u8>) -> Result<Report, Error> {
     let tables = tables(session.sheet.product);
     let (Some(tables), Target::J1939(Ca(old))) = (tables, session.target) else {
-        let message = format!(
-            "{} does not speak J1939 here: use `plumbline set`, `plumbline node-id` or `plumbline mac`",
-            session.sheet.product.name
-        );
-        return Err(Error::usage("not-offered", message));
+        return Err(not_here(session, &PROTOCOL));
     };
     let name = j1939::name(&mut session.link, old, ANSWER)?;
     let name = name.ok_or_else(|| missing(&format!("address {old}")))?;
@@ -93,7 +89,7 @@ pub struct Shown {
 }
 
 impl Shown {
-    pub(super) fn lines(&self) -> Vec<String> {
+    pub(crate) fn lines(&self) -> Vec<String> {
         let name = self.number;
         let loses = match self.arbitrary {
             true => "claims another address if it loses this one",

@@ -1,0 +1,84 @@
+//! Which product answers.
+
+use super::tables;
+use crate::client::Link;
+use crate::client::sdo::{Answer, Server};
+use crate::error::Error;
+use crate::identify::{Found, TRIES, text_of};
+use crate::master::{Node, Target};
+use plumbline::canopen::dictionary::Target as ObjectTarget;
+use plumbline::model::catalog::{PRODUCTS, Product};
+use plumbline::model::listing::canopen::Tables;
+use plumbline::param::number;
+use plumbline::time::Duration;
+
+/// The node by its identity object.
+pub(super) fn ask(link: &mut Link, node: u8, time: Duration) -> Result<Option<Found>, Error> {
+    const IDENTITY: u16 = 0x1018;
+    const VERSION: u16 = 0x100A;
+    let question = Server {
+        time,
+        ..Server::of(node)
+    };
+    if question.read(link, 0x1000, 0)? == Answer::Silent {
+        return Ok(None);
+    }
+    let mut read = |index, sub| {
+        let mut answer = Answer::Silent;
+        for _ in 0..TRIES {
+            answer = Server::of(node).read(link, index, sub)?;
+            if answer != Answer::Silent {
+                break;
+            }
+        }
+        Ok::<_, Error>(answer)
+    };
+    let mut identity = [None; 5];
+    for sub in [1, 2, 4] {
+        if let Answer::Done(bytes) = read(IDENTITY, sub)?
+            && bytes.len() == 4
+        {
+            identity[usize::from(sub)] = Some(number(&bytes));
+        }
+    }
+    let firmware = match read(VERSION, 0)? {
+        Answer::Done(text) => text_of(&text),
+        _ => None,
+    };
+    let constant = |tables: &Tables, sub: u8| {
+        let mut objects = tables.objects.iter();
+        let object = objects.find(|object| (object.index, object.sub) == (IDENTITY, sub))?;
+        match object.target {
+            ObjectTarget::Constant(number) => Some(number),
+            _ => None,
+        }
+    };
+    let products: Vec<&Product> = PRODUCTS
+        .iter()
+        .filter(|product| {
+            tables(product).is_some_and(|tables| {
+                [1, 2].into_iter().all(|sub| {
+                    let own = constant(tables, sub);
+                    own.is_some() && own == identity[usize::from(sub)]
+                })
+            })
+        })
+        .collect();
+    let mut articles = products
+        .first()
+        .into_iter()
+        .flat_map(|product| product.articles());
+    Ok(Some(Found {
+        article: articles
+            .next()
+            .map(|article| article.number.to_owned())
+            .or_else(|| {
+                let (vendor, code) = (identity[1]?, identity[2]?);
+                Some(format!("vendor {vendor:X}h, product code {code:X}h"))
+            }),
+        products,
+        serial: identity[4],
+        firmware,
+        ..Found::at(Target::Canopen(Node(node)))
+    }))
+}
