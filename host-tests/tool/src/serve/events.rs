@@ -38,6 +38,10 @@ pub enum Kind {
     Values,
     /// Rows of samples, which follow each other.
     Samples,
+    /// The other sensors in the chart.
+    Others,
+    /// Rows of samples of one of them.
+    OtherSamples,
     /// The names of the active bits of the status.
     Condition,
     /// The newest frame of each identifier.
@@ -64,6 +68,8 @@ impl Kind {
             Self::Device => "device",
             Self::Values => "values",
             Self::Samples => "samples",
+            Self::Others => "others",
+            Self::OtherSamples => "other-samples",
             Self::Condition => "condition",
             Self::Frames => "frames",
             Self::Found => "found",
@@ -133,7 +139,7 @@ impl Hub {
         let event: Event = format!("event: {}\ndata: {data}\n\n", kind.name()).into();
         let mut inner = self.inner();
         match kind {
-            Kind::Samples | Kind::Note | Kind::Progress => {}
+            Kind::Samples | Kind::OtherSamples | Kind::Note | Kind::Progress => {}
             Kind::Action => inner.keep(data["n"].as_u64().unwrap_or(0), event.clone()),
             _ => {
                 inner.newest.insert(kind, event.clone());

@@ -154,6 +154,32 @@ impl Scan {
     }
 }
 
+/// The job for a sensor in the chart, beside that of the session.
+#[derive(Debug, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Chart {
+    /// Show this one too.
+    Add(Other),
+    /// Do not show the one with this number any more.
+    Remove(u64),
+}
+
+/// Another sensor on the same bus.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Other {
+    /// The protocol of the address.
+    pub protocol: String,
+    /// The address, as `scan` shows it.
+    pub address: String,
+    /// The product, or the key of a data sheet.
+    #[serde(default)]
+    pub product: Option<String>,
+    /// The questions that were answered with yes.
+    #[serde(default)]
+    pub yes: Vec<Question>,
+}
+
 /// What the worker is asked to do.
 #[derive(Debug)]
 pub enum Task {
@@ -165,6 +191,8 @@ pub enum Task {
     Scan(Scan),
     /// Run a command on the sensor.
     Run(Request),
+    /// Add or remove a sensor of the chart.
+    Chart(Chart),
     /// Read all settings into a file.
     Backup,
     /// Write the settings of a file that differ.

@@ -1,5 +1,6 @@
 //! The session whose angles are shown. Angles that the sensor sends by itself are taken; it is polled for those that it does not send.
 
+mod condition;
 mod sends;
 
 use super::events::{Hub, Kind};
@@ -11,7 +12,8 @@ use crate::identify::Found;
 use crate::sample::{Sample, Sampler};
 use crate::scan::kbits;
 use crate::session::Session;
-use crate::sheet::{Address, Entry};
+use crate::sheet::Entry;
+use condition::ERROR_REGISTER;
 use plumbline::fsc::Condition;
 use plumbline::model::catalog::Protocol;
 use plumbline::time::{Duration, Instant, after, millis};
@@ -26,26 +28,11 @@ const BATCH: Duration = millis(50);
 /// The pause between two polls of a sensor that does not answer.
 const SILENT: Duration = millis(500);
 
+/// The same for another sensor in the chart: its time-outs delay the polls of the sensor of the session.
+const OTHER_SILENT: Duration = millis(5000);
+
 /// The pause between two reads of the error register.
 const CONDITION: Duration = millis(1000);
-
-/// The object with the error register.
-const ERROR_REGISTER: Address = Address::Object {
-    index: 0x1001,
-    sub: 0,
-};
-
-/// The bits of the error register (CiA 301, object 1001h), from bit 0.
-const ERRORS: [&str; 8] = [
-    "generic error",
-    "current",
-    "voltage",
-    "temperature",
-    "communication error",
-    "device profile error",
-    "reserved bit 6",
-    "manufacturer-specific error",
-];
 
 /// The polls without an answer after which a sensor is silent.
 const STREAK: u32 = 3;
@@ -56,6 +43,8 @@ pub struct Live {
     pub session: Session,
     /// What the sensor has told.
     pub found: Found,
+    /// It is the sensor of the session, not another one in the chart.
+    is_main: bool,
     /// The number of the sensor, for the page: another sensor has another one.
     pub connection: u64,
     /// None: the data sheet of the device does not say which values are angles.
@@ -104,6 +93,7 @@ impl Live {
         let mut live = Self {
             session,
             found,
+            is_main: true,
             connection,
             sampler,
             lease,
@@ -125,6 +115,21 @@ impl Live {
         live.follow()?;
         live.set_rate(samples_per_second);
         Ok(live)
+    }
+
+    /// Shows the samples on the time axis of the sensor of the session, as those of another one.
+    ///
+    /// # Errors
+    /// The adapter fails.
+    pub fn join(&mut self, main: &Self) -> Result<(), Error> {
+        (self.is_main, self.origin) = (false, main.origin);
+        self.resume()
+    }
+
+    /// When the next sample is due, or must be published.
+    pub fn due(&self) -> Instant {
+        let flush = after(self.flushed, BATCH);
+        self.period.map_or(flush, |_| self.next.min(flush))
     }
 
     /// The samples that are missing.
@@ -195,19 +200,19 @@ impl Live {
         self.number += 1;
     }
 
-    /// Waits a short time, polls when it is due, and publishes.
+    /// Waits a short time, at most until then, polls when it is due, and publishes.
     ///
     /// # Errors
     /// The adapter fails.
-    pub fn turn(&mut self, hub: &Hub) -> Result<(), Error> {
+    pub fn turn(&mut self, hub: &Hub, until: Option<Instant>) -> Result<(), Error> {
         // A stop is for a command: a poll is short, and is not stopped in its middle.
         let was_ending = self.session.link.set_ending(true);
-        let result = self.turned(hub);
+        let result = self.turned(hub, until);
         self.session.link.set_ending(was_ending);
         result
     }
 
-    fn turned(&mut self, hub: &Hub) -> Result<(), Error> {
+    fn turned(&mut self, hub: &Hub, latest: Option<Instant>) -> Result<(), Error> {
         self.hear(hub);
         let now = self.session.link.now();
         match self.period {
@@ -222,6 +227,7 @@ impl Live {
             period => {
                 let slice = after(now, SLICE);
                 let until = period.map_or(slice, |_| slice.min(self.next));
+                let until = latest.map_or(until, |latest| until.min(latest));
                 // The link defends the J1939 address of the tool.
                 while self.session.link.receive(until)?.is_some() {}
             }
@@ -231,7 +237,7 @@ impl Live {
             self.flush(hub);
             self.flushed = now;
         }
-        let is_asked = !self.is_silent() || self.sampler.is_none();
+        let is_asked = self.is_main && (!self.is_silent() || self.sampler.is_none());
         if now >= self.condition_at && is_asked {
             self.condition_at = after(now, CONDITION);
             self.read_register(hub)?;
@@ -268,7 +274,8 @@ impl Live {
         }
         let now = self.session.link.now();
         if self.is_silent() {
-            self.next = after(now, SILENT);
+            let pause = if self.is_main { SILENT } else { OTHER_SILENT };
+            self.next = after(now, pause);
             return Ok(());
         }
         self.next = after(self.next, period);
@@ -327,41 +334,15 @@ impl Live {
         }
         let rows = std::mem::take(&mut self.rows);
         let first = self.number - rows.len() as u64;
-        hub.publish(
-            Kind::Samples,
-            &json!({"first": first, "lost": self.lost(), "rows": rows}),
-        );
-    }
-
-    fn show_condition(&mut self, condition: Value, hub: &Hub) {
-        if self.condition != condition {
-            hub.publish(Kind::Condition, &condition);
-            self.condition = condition;
-        }
-    }
-
-    fn read_register(&mut self, hub: &Hub) -> Result<(), Error> {
-        let Some(entry) = self.register.clone() else {
-            return Ok(());
+        let mut samples = json!({"first": first, "lost": self.lost(), "rows": rows});
+        let kind = match self.is_main {
+            true => Kind::Samples,
+            false => {
+                samples["sensor"] = json!(self.connection);
+                Kind::OtherSamples
+            }
         };
-        let read = self.session.read(&entry);
-        if self.sampler.is_none() {
-            // Nothing else shows whether the device is there.
-            self.streak = match &read {
-                Err(failure) if failure.kind == Refusal::Silent => STREAK,
-                _ => 0,
-            };
-        }
-        let register = match read {
-            Ok(register) => register,
-            Err(failure) if failure.kind == Refusal::Bus => return Err(failure),
-            Err(_) => return Ok(()),
-        };
-        let bits = ERRORS.iter().enumerate();
-        let active = bits.filter(|(place, _)| register >> place & 1 != 0);
-        let words = active.map(|(_, name)| json!({"name": name, "error": true}));
-        self.show_condition(words.collect(), hub);
-        Ok(())
+        hub.publish(kind, &samples);
     }
 
     /// The sensor, for the page.

@@ -1,6 +1,7 @@
 //! The thread that owns the adapter: it does one job after the other, and polls the angles between them.
 
 mod commands;
+mod others;
 mod report;
 mod unsaved;
 mod which;
@@ -16,8 +17,7 @@ use crate::adapter::{Adapter, Mode};
 use crate::client::Link;
 use crate::connect;
 use crate::error::{Error, Kind as Refusal};
-use crate::identify::{self, Identity};
-use crate::labels::Labels;
+use crate::identify::Identity;
 use crate::output::Terminal;
 use crate::question::Question;
 use crate::scan::{Memory, kbits};
@@ -59,16 +59,18 @@ pub struct Worker {
     sheet: Option<Arc<Kept>>,
     port: Option<(String, Lease)>,
     state: State,
+    /// The other sensors in the chart.
+    others: Vec<Live>,
     /// The options that select the bus and the sensor.
     selection: Words,
     /// The request whose question the user can answer.
     asked: Option<Asked>,
     /// How it was connected, with the answers of the user.
     given: Option<Connect>,
-    /// The number of the sensor.
+    /// The last number of a sensor.
     connection: u64,
-    /// Which sensor has that number.
-    last: Option<Identity>,
+    /// The sensor of the session before, with its number.
+    last: Option<(Identity, u64)>,
     /// What the sensor has told, for the page.
     values: Map<String, Value>,
     /// What was written, but not stored, with its value.
@@ -94,6 +96,7 @@ impl Worker {
             sheet: None,
             port: None,
             state: State::Closed,
+            others: Vec::new(),
             selection: Words::new(),
             asked: None,
             given: None,
@@ -150,6 +153,7 @@ impl Worker {
         if self.port.is_none() {
             return Ok(());
         }
+        let due = self.others_due();
         match &mut self.state {
             State::Closed => Ok(()),
             State::Listening(link) => {
@@ -158,13 +162,13 @@ impl Worker {
                 Ok(())
             }
             State::Active(live) => {
-                live.turn(&self.hub)?;
+                live.turn(&self.hub, due)?;
                 let was_silent = std::mem::replace(&mut self.status.was_silent, live.is_silent());
                 if was_silent && !live.is_silent() {
                     // It has been restarted: its values can differ, or it is another one.
                     self.returned()?;
                 }
-                Ok(())
+                self.turn_others()
             }
         }
     }
@@ -183,6 +187,8 @@ impl Worker {
 
     fn forget(&mut self) {
         self.state = State::Closed;
+        self.others.clear();
+        self.show_others();
         self.selection.clear();
         self.sheet = None;
         self.hub.publish(Kind::Device, &Value::Null);
@@ -192,6 +198,10 @@ impl Worker {
 
     /// Ends the session and closes the adapter, which is kept for the next connection.
     fn close(&mut self) -> Result<(), Error> {
+        for mut other in std::mem::take(&mut self.others) {
+            // The failure of the session itself is told.
+            let _ = other.release();
+        }
         let result = match std::mem::replace(&mut self.state, State::Closed) {
             State::Active(mut live) => live.release(),
             _ => Ok(()),
@@ -227,6 +237,7 @@ impl Worker {
             }
             Task::Scan(wanted) => self.scan(&wanted),
             Task::Run(request) => self.perform(&request),
+            Task::Chart(wanted) => self.chart(&wanted),
             Task::Backup => self.backup(),
             Task::Restore {
                 text,
@@ -242,6 +253,9 @@ impl Worker {
                 self.samples = samples;
                 if let State::Active(live) = &mut self.state {
                     live.set_rate(samples);
+                }
+                for other in &mut self.others {
+                    other.set_rate(samples);
                 }
                 Ok(json!({}))
             }
@@ -333,28 +347,7 @@ impl Worker {
             self.state = State::Listening(link);
             return Ok(json!({}));
         }
-        let bus = connect::Wanted {
-            listens: false,
-            rate: options.rate,
-            is_remembered: false,
-            target: connect::target(
-                options.id.as_deref(),
-                options.node,
-                options.mac,
-                options.address,
-            )?,
-            product: match &sheet {
-                Some(kept) => Some(kept.sheet.product),
-                None => options
-                    .product
-                    .as_deref()
-                    .map(identify::product)
-                    .transpose()?,
-            },
-            sheet: sheet.as_ref().map(|kept| kept.sheet.clone()),
-            labels: Labels::open(self.config.as_deref()).unwrap_or_default(),
-            memory,
-        };
+        let bus = which::bus(&options, sheet.as_deref(), self.config.as_deref(), memory)?;
         let opened = connect::session(Box::new(lease.clone()), &bus, &mut terminal);
         let (session, found) = match opened {
             // The page asks the user, and tries again.

@@ -58,6 +58,11 @@ pub(super) async fn samples(State(app): State<Arc<App>>, body: Bytes) -> Answer 
     work(&app, Task::Samples(per_second)).await
 }
 
+/// Adds or removes a sensor of the chart.
+pub(super) async fn chart(State(app): State<Arc<App>>, headers: HeaderMap, body: Bytes) -> Answer {
+    on_sensor(&app, &headers, Task::Chart(parse(&body)?)).await
+}
+
 pub(super) async fn backup(State(app): State<Arc<App>>, headers: HeaderMap, body: Bytes) -> Answer {
     let Nothing {} = parse(&body)?;
     on_sensor(&app, &headers, Task::Backup).await

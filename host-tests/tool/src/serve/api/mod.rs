@@ -13,6 +13,7 @@
 //! | `POST /api/stop` | `{}` | stops the running command |
 //! | `POST /api/run` | `"save"`, `{"zero": {"axis": "x"}}` | a command on the sensor |
 //! | `POST /api/samples` | `{"perSecond": 200}` | the samples per second |
+//! | `POST /api/chart` | `{"add": {"protocol": .., "address": ..}}`, `{"remove": 2}` | the sensors in the chart beside the connected one |
 //! | `POST /api/backup` | `{}` | reads all settings into a file |
 //! | `POST /api/restore` | `{"text": .., "only": []}` | writes the differences, stores them |
 //! | `POST /api/eds` | `{"name": .., "text": ..}` | takes a data sheet, which has a key then: `eds:1` |
@@ -124,6 +125,7 @@ pub fn router(app: App) -> Router {
         .route("/stop", post(bus::stop))
         .route("/run", post(bus::run))
         .route("/samples", post(bus::samples))
+        .route("/chart", post(bus::chart))
         .route("/backup", post(bus::backup))
         .route("/restore", post(bus::restore))
         .route("/eds", post(file::data_sheet))

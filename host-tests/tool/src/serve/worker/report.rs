@@ -1,6 +1,6 @@
 //! The status of the connection, and the newest frames, for the tabs.
 
-use super::{State, Worker};
+use super::{Live, State, Worker};
 use crate::adapter::Adapter;
 use crate::scan::kbits;
 use crate::serve::events::Kind;
@@ -63,7 +63,12 @@ impl Worker {
         let (state, lost, silent, every) = match &self.state {
             State::Closed => ("closed", 0, false, None),
             State::Listening(_) => ("listening", 0, false, None),
-            State::Active(live) => ("active", live.lost(), live.is_silent(), live.sends_every()),
+            State::Active(live) => (
+                "active",
+                live.lost() + self.others.iter().map(Live::lost).sum::<u64>(),
+                live.is_silent(),
+                live.sends_every(),
+            ),
         };
         let rate = match &self.state {
             State::Listening(link) => link.rate(),

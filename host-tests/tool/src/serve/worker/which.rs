@@ -2,12 +2,17 @@
 //! has another address.
 
 use super::{State, Worker};
+use crate::cli::Options;
+use crate::connect;
 use crate::error::{Error, Kind};
-use crate::identify::Found;
+use crate::identify::{self, Found};
+use crate::labels::Labels;
 use crate::question::Question;
 use crate::scan::Memory;
 use crate::serve::job::{Connect, options};
 use crate::serve::line::Words;
+use crate::serve::sheets::Kept;
+use std::path::Path;
 use std::rc::Rc;
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
@@ -30,12 +35,15 @@ impl Worker {
     /// The number of a sensor. It is the number of the last sensor if it is certain that both are the same sensor.
     pub(super) fn number(&mut self, found: &Found) -> u64 {
         let identity = found.identity();
-        if !identity.is_unique() || self.last.as_ref() != Some(&identity) {
-            self.connection += 1;
-            self.unsaved.clear();
+        match &self.last {
+            Some((last, number)) if identity.is_unique() && *last == identity => *number,
+            _ => {
+                self.connection += 1;
+                self.unsaved.clear();
+                self.last = Some((identity, self.connection));
+                self.connection
+            }
         }
-        self.last = Some(identity);
-        self.connection
     }
 
     /// Connects again to the sensor: it has another address, or another sensor is at its address.
@@ -61,6 +69,37 @@ impl Worker {
         let stop = self.stop.clone();
         Rc::new(move || stop.load(Ordering::Relaxed))
     }
+}
+
+/// Where a sensor is, from the options of a request.
+pub(super) fn bus(
+    options: &Options,
+    sheet: Option<&Kept>,
+    config: Option<&Path>,
+    memory: Memory,
+) -> Result<connect::Wanted, Error> {
+    Ok(connect::Wanted {
+        listens: false,
+        rate: options.rate,
+        is_remembered: false,
+        target: connect::target(
+            options.id.as_deref(),
+            options.node,
+            options.mac,
+            options.address,
+        )?,
+        product: match sheet {
+            Some(kept) => Some(kept.sheet.product),
+            None => options
+                .product
+                .as_deref()
+                .map(identify::product)
+                .transpose()?,
+        },
+        sheet: sheet.map(|kept| kept.sheet.clone()),
+        labels: Labels::open(config).unwrap_or_default(),
+        memory,
+    })
 }
 
 /// How long what was heard before a question counts after it.

@@ -1,4 +1,4 @@
-//! The angles that a sensor sends by itself, in the samples of the page.
+//! The samples of the page on a bus with another master: angles that a sensor sends by itself, and those of several sensors.
 
 use crate::bus::rig::Rig;
 use crate::serve::api::run;
@@ -8,7 +8,7 @@ use plumbline::time::Instant;
 use plumbline_tool::adapter::bench::BenchAdapter;
 use plumbline_tool::adapter::{Adapter, Capabilities, Mode};
 use plumbline_tool::error::Error;
-use serde_json::json;
+use serde_json::{Value, json};
 use std::thread;
 use std::time::Duration;
 
@@ -64,10 +64,14 @@ impl Adapter for Late {
     }
 }
 
-/// A server with a sensor that is operational if it has states (NMT).
-fn served(product: &'static str) -> Running {
-    let server = Running::with(Box::new(move |_| {
+/// A server on a bus with a sensor that is operational if it has states (NMT), and perhaps another sensor.
+fn beside(product: &'static str, other: Option<&'static str>) -> Running {
+    Running::with(Box::new(move |_| {
         let mut rig = Rig::with(product);
+        if let Some(other) = other {
+            rig.attach(other, 2);
+            rig.run(3000);
+        }
         let master = rig.bus.borrow_mut().adapter();
         rig.bus.borrow_mut().open(master, None, false);
         let start = Frame::data(standard(0), &[1, 0]).expect("a frame");
@@ -78,11 +82,22 @@ fn served(product: &'static str) -> Running {
             rig,
             waits: 0,
         }))
-    }));
-    let body = json!({"port": "bench", "rate": 250, "mode": "active"});
+    }))
+}
+
+/// A server that is connected to this sensor.
+fn served(product: &'static str) -> Running {
+    let server = beside(product, None);
+    connect(
+        &server,
+        json!({"port": "bench", "rate": 250, "mode": "active"}),
+    );
+    server
+}
+
+fn connect(server: &Running, body: Value) {
     let answer = server.post("/api/connect", &body.to_string());
     assert_eq!(answer.status, 200, "{answer:?}");
-    server
 }
 
 /// The number of samples until there are enough, and the polls that are lost meanwhile. Each sample is later than the one before.
@@ -161,4 +176,49 @@ fn sensor_that_does_not_send_any_more_is_polled() {
     let mut tab = server.tab();
     tab.wait("status", |status| status["sendsEvery"].is_null());
     samples(&mut tab, 100);
+}
+
+#[test]
+fn angles_of_another_sensor_on_the_bus_are_shown_beside_those_of_the_connected_one() {
+    let server = beside("jn2101", Some("ims360"));
+    let body = json!({"port": "bench", "rate": 250, "mode": "active", "protocol": "canopen", "address": "10"});
+    connect(&server, body);
+    let add = |address: &str| {
+        let body = json!({"add": {"protocol": "canopen", "address": address}});
+        server.post("/api/chart", &body.to_string())
+    };
+    assert_eq!(add("10").code(), "already-shown");
+    assert_eq!(add("77").status, 504);
+    assert_eq!(add("50").status, 200);
+    assert_eq!(add("50").code(), "already-shown");
+    let mut tab = server.tab();
+    let device = tab.wait("device", |device| !device.is_null());
+    let others = tab.wait("others", |others| !others[0].is_null());
+    assert_eq!(
+        (&device["product"], &others[0]["product"]),
+        (&json!("jn2101"), &json!("ims360"))
+    );
+    let number = &others[0]["connection"];
+    assert_ne!(*number, device["connection"]);
+    // Both have one axis of time.
+    let time = |samples: Value| samples["rows"][0][0].as_f64().expect("a time");
+    for _ in 0..10 {
+        let own = time(tab.wait("samples", |_| true));
+        let other = tab.wait("other-samples", |samples| samples["sensor"] == *number);
+        let other = time(other);
+        assert!((own - other).abs() < 1.0, "{own} {other}");
+    }
+    // A command reaches the connected one.
+    assert_eq!(
+        run(&server, json!({"get": {"names": ["node-id"]}}))["node-id"]["value"],
+        10
+    );
+    let removed = server.post("/api/chart", &json!({"remove": number}).to_string());
+    assert_eq!(removed.status, 200);
+    server.tab().wait("others", |others| *others == json!([]));
+    assert_eq!(add("50").status, 200);
+    // They end with the connection.
+    server.post("/api/disconnect", "{}");
+    server.tab().wait("others", |others| *others == json!([]));
+    assert_eq!(add("50").code(), "not-connected");
 }

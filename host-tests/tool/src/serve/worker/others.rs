@@ -1,0 +1,142 @@
+//! More sensors on the bus of the session, whose angles the chart shows beside those of its sensor. Commands do not reach them. They end with
+//! the connection.
+
+use super::which::{Answers, bus, on_request};
+use super::{Live, State, Worker};
+use crate::connect;
+use crate::error::{Error, Kind as Refusal};
+use crate::identify;
+use crate::output::Terminal;
+use crate::question::Question;
+use crate::scan::Memory;
+use crate::serve::events::Kind;
+use crate::serve::job::{Chart, Connect, Other, Part, options};
+use plumbline::time::Instant;
+use serde_json::{Value, json};
+
+/// The maximum number of sensors in the chart.
+const MOST: usize = 4;
+
+impl Worker {
+    /// Adds a sensor to the chart, or removes it.
+    pub(super) fn chart(&mut self, wanted: &Chart) -> Result<Value, Error> {
+        match wanted {
+            Chart::Add(other) => self.add(other)?,
+            Chart::Remove(number) => self.others.retain(|own| own.connection != *number),
+        }
+        self.show_others();
+        Ok(json!({}))
+    }
+
+    fn add(&mut self, other: &Other) -> Result<(), Error> {
+        let (State::Active(live), Some((port, lease))) = (&self.state, self.port.clone()) else {
+            let message = "there is no sensor: connect to one first";
+            return Err(Error::usage("not-connected", message));
+        };
+        let is_shown = |live: &Live| {
+            (live.found.protocol(), live.session.target.address())
+                == (&other.protocol, other.address.clone())
+        };
+        if is_shown(live) || self.others.iter().any(is_shown) {
+            let message = format!(
+                "the chart shows the sensor at {} already: choose another one",
+                other.address
+            );
+            return Err(Error::usage("already-shown", message));
+        }
+        if self.others.len() + 1 >= MOST {
+            let message = format!("the chart shows {MOST} sensors already: remove one first");
+            return Err(Error::usage("too-many-sensors", message));
+        }
+        let rate = live.session.link.rate();
+        let wanted = Connect {
+            port,
+            rate: rate.map(|rate| f64::from(rate.bits_per_second()) / 1000.0),
+            mode: Part::Active,
+            protocol: Some(other.protocol.clone()),
+            address: Some(other.address.clone()),
+            product: other.product.clone(),
+            yes: other.yes.clone(),
+            names: Vec::new(),
+        };
+        let words = wanted.words(&self.sheets)?;
+        let options = options(&words)?;
+        let sheet = self
+            .sheets
+            .find(wanted.product.as_deref().unwrap_or_default())?;
+        let bus = bus(
+            &options,
+            sheet.as_deref(),
+            self.config.as_deref(),
+            Memory::default(),
+        )?;
+        let shown = [words, vec!["watch".to_owned()]].concat();
+        let number = self.begin(&shown);
+        let mut notes = self.notes(number);
+        let mut answers = Answers::new(&wanted.yes);
+        let mut terminal = Terminal {
+            json: true,
+            out: &mut std::io::sink(),
+            notes: &mut notes,
+            confirm: &mut |question: &Question| answers.confirm(question),
+            yes: &[],
+            stopped: self.stopped(),
+            bar: None,
+        };
+        let opened = connect::session(Box::new(lease.clone()), &bus, &mut terminal);
+        let added = opened.and_then(|(session, found)| {
+            self.connection += 1;
+            let mut added = Live::new(session, (found, self.connection), lease, self.samples)?;
+            if let State::Active(live) = &mut self.state {
+                added.join(live)?;
+                live.go_on();
+            }
+            Ok(added)
+        });
+        let added = match added {
+            Err(error) if error.kind == Refusal::Usage && !answers.asked.is_empty() => {
+                Err(Error::asks(answers.asked))
+            }
+            added => added.map_err(on_request),
+        };
+        let result = added.as_ref().map(|_| json!({})).map_err(Clone::clone);
+        self.end(number, &shown, &result, notes.all);
+        self.others.push(added?);
+        Ok(())
+    }
+
+    /// When the first of them is due.
+    pub(super) fn others_due(&self) -> Option<Instant> {
+        self.others.iter().map(Live::due).min()
+    }
+
+    /// Polls those that are due, and takes what they have sent.
+    pub(super) fn turn_others(&mut self) -> Result<(), Error> {
+        let mut exchanged = Vec::new();
+        for other in &mut self.others {
+            let was_silent = other.is_silent();
+            let now = other.session.link.now();
+            other.turn(&self.hub, Some(now))?;
+            if was_silent && !other.is_silent() {
+                match identify::is_same(&mut other.session, &other.found) {
+                    Err(error) if error.kind == Refusal::Bus => return Err(error),
+                    Err(error) if error.code == connect::OTHER => exchanged.push(other.connection),
+                    _ => other.resume()?,
+                }
+            }
+        }
+        if !exchanged.is_empty() {
+            self.others
+                .retain(|own| !exchanged.contains(&own.connection));
+            self.show_others();
+        }
+        Ok(())
+    }
+
+    /// Tells the tabs which sensors they are.
+    pub(super) fn show_others(&self) {
+        let devices = self.others.iter().map(|other| other.device(&self.sheets));
+        self.hub
+            .publish(Kind::Others, &devices.collect::<Vec<_>>().into());
+    }
+}
