@@ -53,7 +53,7 @@ impl Product for Mast {
     type Block = plumbline::canopen::Absent;
     type State = ();
     const OBJECTS: &'static [Object] = plumbline::objects![
-        [profile::device_type(0x0001_019A), profile::ERROR_REGISTER],
+        [profile::device_type(0x0001_019A), profile::error_register()],
         profile::error_history(4),
         profile::identity(0, 0, 0),
         profile::tpdo(0, "Slope", TPDO),

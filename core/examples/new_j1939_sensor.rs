@@ -61,22 +61,12 @@ impl Application for Slope {
     }
 }
 
-const fn signal(name: &'static str, spn: u32, start: u8, bits: u8, contents: Contents) -> Signal {
-    Signal {
-        name,
-        spn,
-        start,
-        bits,
-        contents,
-    }
-}
-
 /// The description of the group.
-const SLOPE_GROUP: Group = Group {
-    name: "SLOPE",
-    pgn: PGN,
-    signals: &[
-        signal(
+const SLOPE_GROUP: Group = Group::new(
+    "SLOPE",
+    PGN,
+    &[
+        Signal::new(
             "Slope",
             520_193,
             0,
@@ -87,7 +77,7 @@ const SLOPE_GROUP: Group = Group {
                 unit: "deg",
             },
         ),
-        signal(
+        Signal::new(
             "SlopeStatus",
             520_194,
             16,
@@ -99,7 +89,7 @@ const SLOPE_GROUP: Group = Group {
             },
         ),
     ],
-};
+);
 
 /// The data of the group: a slope that is not measured is not available.
 fn group(node: &Context<Slope>) -> [u8; 8] {

@@ -1,16 +1,45 @@
-//! The message of a compile error for a mistake in the tables of a product. It names the row.
+//! The message of a compile error for a mistake in the tables of a product. It begins with the line of the row and names the row.
 //!
 //! The checks of tables are `const fn`s that the macro [`project!`](crate::project) calls where the table is written. All of them are
-//! `#[track_caller]`, so that the error is shown at that macro.
+//! `#[track_caller]`, so that the error is shown at that macro. So are the functions that return a row, so that its [`Origin`] is the line
+//! in the table.
+
+use core::panic::Location;
 
 use crate::walk::{at, each, put};
 
 /// The longest message in bytes; the rest is cut off.
-const LONGEST: usize = 160;
+const LONGEST: usize = 400;
 
-/// A row of a table in which there is a mistake.
+/// The line where a row of a table is written. Only messages of mistakes use it, so it makes no difference between two rows, and no
+/// image has it.
+#[derive(Clone, Copy, Eq, Debug)]
+pub struct Origin(&'static Location<'static>);
+
+impl Origin {
+    /// The line of the caller. A function that returns a row is `#[track_caller]`, so that its caller is the line in the table.
+    #[track_caller]
+    pub const fn here() -> Self {
+        Self(Location::caller())
+    }
+}
+
+impl PartialEq for Origin {
+    fn eq(&self, _: &Self) -> bool {
+        true
+    }
+}
+
+/// A mistake in a table.
 #[derive(Clone, Copy)]
-pub(crate) enum Mistake<'a> {
+pub(crate) struct Mistake<'a> {
+    row: Row<'a>,
+    origin: Option<Origin>,
+}
+
+/// The row with the mistake, as the message names it.
+#[derive(Clone, Copy)]
+enum Row<'a> {
     /// An object of CANopen: `object 2100h:02: `.
     Object(u16, u8),
     /// A parameter: `parameter 7 "Cycle time": `.
@@ -26,51 +55,116 @@ pub(crate) enum Mistake<'a> {
     /// A signal of a group: `group 65312 "SLOPE", signal "Quality": `.
     Signal(u32, &'a str, &'a str),
     /// Another row, for example `quantity 2: `.
-    Row(&'a str, usize),
+    Other(&'a str, usize),
     /// An item of the product, for example `NODE_ID: `.
     Item(&'a str),
 }
 
-impl Mistake<'_> {
-    /// The message, which begins with the row and this text.
+impl<'a> Mistake<'a> {
+    const fn new(row: Row<'a>) -> Self {
+        Self { row, origin: None }
+    }
+
+    /// In an object of CANopen.
+    pub const fn object(index: u16, sub: u8) -> Self {
+        Self::new(Row::Object(index, sub))
+    }
+
+    /// In the parameter at this place.
+    pub const fn parameter(place: usize, name: &'a str) -> Self {
+        Self::new(Row::Parameter(place, name))
+    }
+
+    /// In a function select code.
+    pub const fn code(code: u8, name: &'a str) -> Self {
+        Self::new(Row::Code(code, name))
+    }
+
+    /// In a class of DeviceNet.
+    pub const fn class(class: u8) -> Self {
+        Self::new(Row::Class(class))
+    }
+
+    /// In an attribute of instance 1 of a class.
+    pub const fn attribute(class: u8, number: u8) -> Self {
+        Self::new(Row::Attribute(class, number))
+    }
+
+    /// In a group of J1939.
+    pub const fn group(pgn: u32, name: &'a str) -> Self {
+        Self::new(Row::Group(pgn, name))
+    }
+
+    /// In a signal of a group.
+    pub const fn signal(pgn: u32, group: &'a str, name: &'a str) -> Self {
+        Self::new(Row::Signal(pgn, group, name))
+    }
+
+    /// In the row of this kind at this place.
+    pub const fn row(kind: &'a str, place: usize) -> Self {
+        Self::new(Row::Other(kind, place))
+    }
+
+    /// In an item of the product.
+    pub const fn item(item: &'a str) -> Self {
+        Self::new(Row::Item(item))
+    }
+
+    /// The same with the line of the row.
+    pub const fn at(self, origin: Origin) -> Self {
+        Self {
+            origin: Some(origin),
+            ..self
+        }
+    }
+
+    /// The message, which begins with the line, the row and this text.
     pub const fn text(self, text: &str) -> Message {
-        const NONE: Message = Message {
+        const EMPTY: Message = Message {
             text: [0; LONGEST],
             length: 0,
         };
-        let row = match self {
-            Self::Object(index, sub) => NONE
+        let line = match self.origin {
+            Some(Origin(line)) => EMPTY
+                .text(line.file())
+                .text(":")
+                .number(line.line())
+                .text(": "),
+            None => EMPTY,
+        };
+        let row = match self.row {
+            Row::Object(index, sub) => line
                 .text("object ")
                 .hexadecimal(index as u32, 4)
                 .text("h:")
                 .hexadecimal(sub as u32, 2),
-            Self::Parameter(place, name) => NONE
+            Row::Parameter(place, name) => line
                 .text("parameter ")
                 .number(place as u32)
                 .text(" ")
                 .quoted(name),
-            Self::Code(code, name) => NONE
+            Row::Code(code, name) => line
                 .text("code ")
                 .hexadecimal(code as u32, 2)
                 .text("h ")
                 .quoted(name),
-            Self::Class(class) => NONE.text("class ").hexadecimal(class as u32, 2).text("h"),
-            Self::Attribute(class, number) => NONE
+            Row::Class(class) => line.text("class ").hexadecimal(class as u32, 2).text("h"),
+            Row::Attribute(class, number) => line
                 .text("class ")
                 .hexadecimal(class as u32, 2)
                 .text("h, instance 1, attribute ")
                 .hexadecimal(number as u32, 2)
                 .text("h"),
-            Self::Group(pgn, name) => NONE.text("group ").number(pgn).text(" ").quoted(name),
-            Self::Signal(pgn, group, name) => NONE
+            Row::Group(pgn, name) => line.text("group ").number(pgn).text(" ").quoted(name),
+            Row::Signal(pgn, group, name) => line
                 .text("group ")
                 .number(pgn)
                 .text(" ")
                 .quoted(group)
                 .text(", signal ")
                 .quoted(name),
-            Self::Row(kind, place) => NONE.text(kind).text(" ").number(place as u32),
-            Self::Item(item) => NONE.text(item),
+            Row::Other(kind, place) => line.text(kind).text(" ").number(place as u32),
+            Row::Item(item) => line.text(item),
         };
         row.text(": ").text(text)
     }
@@ -163,7 +257,7 @@ mod tests {
     #[test]
     #[should_panic = "object 6FA1h:0C: the value is 1048576, not 0"]
     fn message_has_the_address_and_the_numbers() {
-        Mistake::Object(0x6FA1, 0x0C)
+        Mistake::object(0x6FA1, 0x0C)
             .text("the value is ")
             .number(1_048_576)
             .text(", not ")
@@ -174,18 +268,26 @@ mod tests {
     #[test]
     #[should_panic = "parameter 12 \"Zero\": wrong"]
     fn message_has_the_name_of_the_parameter() {
-        Mistake::Parameter(12, "Zero").unless(false, "wrong");
+        Mistake::parameter(12, "Zero").unless(false, "wrong");
+    }
+
+    #[test]
+    fn message_begins_with_the_line_of_the_row() {
+        let (origin, line) = (Origin::here(), line!());
+        let message = Mistake::item("row").at(origin).text("wrong");
+        let text = core::str::from_utf8(message.text.split_at(message.length).0);
+        assert_eq!(text, Ok(&*std::format!("{}:{line}: row: wrong", file!())));
     }
 
     #[test]
     fn correct_row_has_no_message() {
-        Mistake::Item("NODE_ID").unless(true, "wrong");
+        Mistake::item("NODE_ID").unless(true, "wrong");
     }
 
     #[test]
     #[should_panic = "quantity 3: aaaa"]
     fn long_message_is_cut_at_a_letter() {
-        let name = std::format!("{}\u{e4}{}", "a".repeat(148), "a".repeat(99));
-        Mistake::Row("quantity", 3).text(&name).fail();
+        let name = std::format!("{}\u{e4}{}", "a".repeat(388), "a".repeat(99));
+        Mistake::row("quantity", 3).text(&name).fail();
     }
 }

@@ -24,7 +24,7 @@ mod identifiers;
 mod pdo;
 
 use super::consumer::Consumers;
-use super::dictionary::{Object, Service, Target, Use, object_at};
+use super::dictionary::{Object, Service, Target, Use, mistake_at, object_at};
 use super::emcy::{Cause, History};
 use super::feature::Feature;
 use super::lss::{LssTable, UNCONFIGURED};
@@ -57,16 +57,16 @@ pub const fn check<P: Product>() {
     identifiers::check(P::OBJECTS, parameters);
     identifiers::check_node_id(parameters, P::NODE_ID, P::Lss::PRESENT);
     identifiers::check_bit_rate(parameters, P::BIT_RATE, P::BIT_RATES);
-    Mistake::Item("Text").unless(
+    Mistake::item("Text").unless(
         P::Text::CAPACITY >= 4 || !P::Block::PRESENT,
         "block transfer needs a buffer for texts with at least 4 bytes",
     );
     check_own::<P>();
-    Mistake::Item("WRITABLE").unless(
+    Mistake::item("WRITABLE").unless(
         P::WRITABLE <= P::Text::CAPACITY,
         "the buffer for texts is shorter",
     );
-    Mistake::Item("Text").unless(
+    Mistake::item("Text").unless(
         P::WRITABLE >= 8 || !has_wide(P::OBJECTS, parameters, quantities),
         "an object of 64 bits needs a buffer for texts with at least 8 bytes",
     );
@@ -80,7 +80,7 @@ pub const fn check<P: Product>() {
     groups::check(P::OBJECTS, P::GROUPS, parameters);
     check_values(P::OBJECTS, quantities, P::HOSTED.is_some());
     each!(place, event in P::EVENTS => {
-        Mistake::Row("event", place).unless(
+        Mistake::row("event", place).unless(
             matches!(event.cause, Cause::Overrun | Cause::BusOff),
             "its cause is `Overrun` or `BusOff`",
         );
@@ -93,7 +93,7 @@ const fn check_own<P: Product>() {
     let mut rest = P::OWN;
     each!(object in P::OBJECTS => {
         if let Target::Own(_) = object.target {
-            let mistake = Mistake::Object(object.index, object.sub);
+            let mistake = object.mistake();
             let text = "`OWN` has no functions for this object, or they are not in the order of the dictionary";
             let [own, others @ ..] = rest else {
                 mistake.text(text).fail();
@@ -125,7 +125,7 @@ const fn check_own<P: Product>() {
         }
     });
     if let [own, ..] = rest {
-        Mistake::Object(own.index, own.sub)
+        Mistake::object(own.index, own.sub)
             .text("the dictionary does not have this own object")
             .fail();
     }
@@ -135,7 +135,7 @@ const fn check_own<P: Product>() {
 #[track_caller]
 const fn check_references(objects: &[Object], parameters: &[Parameter], quantities: &[Quantity]) {
     each!(object in objects => {
-        let mistake = Mistake::Object(object.index, object.sub);
+        let mistake = object.mistake();
         let (parameter, value) = match object.target {
             Target::Parameter(id) | Target::CobId(id) | Target::FreeCobId(id) => (Some(id), None),
             Target::Command(id, value) => (Some(id), Some(value)),
@@ -161,7 +161,7 @@ const fn check_values(objects: &[Object], quantities: &[Quantity], hosted: bool)
                 found |= id.0 == quantity.id.0;
             }
         });
-        Mistake::Row("quantity", quantity.id.0 as usize)
+        quantity.mistake()
             .unless(found, "no object has this value");
     });
 }
@@ -186,7 +186,7 @@ const PROFILE: [(u16, u8, DataType, bool); 12] = [
 #[track_caller]
 const fn check_profile(objects: &[Object], parameters: &[Parameter], quantities: &[Quantity]) {
     each!((index, sub, data_type, mandatory) in &PROFILE => {
-        let mistake = Mistake::Object(*index, *sub);
+        let mistake = mistake_at(objects, *index, *sub);
         let Some(object) = object_at(objects, *index, *sub) else {
             mistake.unless(!*mandatory, "this object is mandatory in CiA 301");
             continue;
@@ -235,7 +235,7 @@ const fn check_highest(objects: &[Object]) {
             && index < 0x2000
             && number != highest
         {
-            Mistake::Object(index, 0)
+            mistake_at(objects, index, 0)
                 .text("the highest sub-index is ")
                 .number(highest)
                 .text(", not ")
@@ -249,7 +249,7 @@ const fn check_highest(objects: &[Object]) {
 #[track_caller]
 const fn check_names(objects: &[Object], parameters: &[Parameter], quantities: &[Quantity]) {
     each!(object in objects => {
-        let mistake = Mistake::Object(object.index, object.sub);
+        let mistake = object.mistake();
         let described = match object.target {
             Target::Parameter(id)
             | Target::CobId(id)
@@ -279,12 +279,12 @@ const fn check_consumers(objects: &[Object], count: usize) {
     let mut sub = 1;
     while sub <= count + 1 && sub < 256 {
         let entry = object_at(objects, 0x1016, sub as u8);
-        Mistake::Object(0x1016, sub as u8).unless(
+        mistake_at(objects, 0x1016, sub as u8).unless(
             entry.is_some() == (sub <= count),
             "the number of entries is not that of `Consumers`",
         );
         if let Some(entry) = entry {
-            Mistake::Object(0x1016, sub as u8).unless(
+            mistake_at(objects, 0x1016, sub as u8).unless(
                 matches!(entry.target, Target::Parameter(_)),
                 "an entry of the heartbeat consumer is a parameter",
             );
@@ -295,13 +295,13 @@ const fn check_consumers(objects: &[Object], count: usize) {
 
 #[track_caller]
 const fn check_texts(objects: &[Object], text: usize) {
-    Mistake::Item("Text").unless(
+    Mistake::item("Text").unless(
         text <= u8::MAX as usize,
         "the buffer for texts has more than 255 bytes",
     );
     each!(object in objects => {
         if let Target::Text(constant) = object.target {
-            let mistake = Mistake::Object(object.index, object.sub);
+            let mistake = object.mistake();
             mistake.unless(!constant.is_empty(), "the text is empty");
             mistake.unless(constant.len() <= text, "the text is longer than its buffer");
             each!(letter in constant.as_bytes() => {
@@ -325,7 +325,7 @@ const fn check_history(objects: &[Object], capacity: usize) {
         _ => 0,
     };
     if errors != capacity {
-        Mistake::Object(0x1003, 1)
+        mistake_at(objects, 0x1003, 1)
             .text("the dictionary has ")
             .number(errors as u32)
             .text(" errors, the capacity of the error history is ")
@@ -338,7 +338,7 @@ const fn check_history(objects: &[Object], capacity: usize) {
 const fn check_lss(objects: &[Object]) {
     let mut sub = 1;
     while sub <= 4 {
-        Mistake::Object(0x1018, sub).unless(
+        mistake_at(objects, 0x1018, sub).unless(
             object_at(objects, 0x1018, sub).is_some(),
             "a product with LSS needs all numbers of the identity object",
         );
@@ -350,7 +350,7 @@ const fn check_lss(objects: &[Object]) {
 #[track_caller]
 const fn check_lss_tables(tables: &[LssTable], lss: bool) {
     each!(place, (selector, _) in tables => {
-        let mistake = Mistake::Row("LSS_TABLES", place);
+        let mistake = Mistake::row("LSS_TABLES", place);
         mistake.unless(lss, "a product without LSS has no table of bit rates");
         mistake.unless(*selector >= 128, "the selector is 128 to 255");
         each!((other, _) in tables.split_at(place).0 => {
@@ -362,7 +362,7 @@ const fn check_lss_tables(tables: &[LssTable], lss: bool) {
 /// The parameter with this id, which an item of the product names.
 #[track_caller]
 const fn parameter<'a>(parameters: &'a [Parameter], id: ParameterId, item: &str) -> &'a Parameter {
-    exists(Mistake::Item(item), parameters, id);
+    exists(Mistake::item(item), parameters, id);
     at(parameters, id.0 as usize)
 }
 

@@ -4,7 +4,7 @@
 //! type, unit and permitted values of parameters and values come from their own description. The objects are the source of the
 //! descriptors (EDS) and documents on a PC. The device uses the [rows](super::row) that are derived from them.
 
-use crate::mistake::Mistake;
+use crate::mistake::{Mistake, Origin};
 use crate::param::{DataType, Parameter, ParameterId, ParameterSet, Quantity, ValueId};
 use crate::walk::{at, each};
 
@@ -163,45 +163,54 @@ pub struct Object {
     pub mappable: bool,
     /// Where a read gets the value from, and what a write changes.
     pub target: Target,
+    /// The line of the row, for the message of a mistake.
+    pub origin: Origin,
 }
 
 impl Object {
     /// The default for a row: a constant byte 0.
-    pub const PLAIN: Self = Self {
-        index: 0,
-        sub: 0,
-        count: 1,
-        group: "",
-        name: "",
-        data_type: DataType::U8,
-        access: Access::Ro,
-        mappable: false,
-        target: Target::Constant(0),
-    };
+    #[track_caller]
+    pub const fn plain() -> Self {
+        Self {
+            index: 0,
+            sub: 0,
+            count: 1,
+            group: "",
+            name: "",
+            data_type: DataType::U8,
+            access: Access::Ro,
+            mappable: false,
+            target: Target::Constant(0),
+            origin: Origin::here(),
+        }
+    }
 
     /// A parameter that can be read and written.
+    #[track_caller]
     pub const fn parameter(index: u16, sub: u8, id: ParameterId) -> Self {
         Self {
             index,
             sub,
             access: Access::Rw,
             target: Target::Parameter(id),
-            ..Self::PLAIN
+            ..Self::plain()
         }
     }
 
     /// A published value that can be mapped into a PDO.
+    #[track_caller]
     pub const fn value(index: u16, sub: u8, id: ValueId) -> Self {
         Self {
             index,
             sub,
             mappable: true,
             target: Target::Value(id),
-            ..Self::PLAIN
+            ..Self::plain()
         }
     }
 
     /// An own object, which has functions of the product.
+    #[track_caller]
     pub const fn own(
         index: u16,
         sub: u8,
@@ -216,7 +225,7 @@ impl Object {
             data_type,
             access,
             target: Target::Own(Use::Data),
-            ..Self::PLAIN
+            ..Self::plain()
         }
     }
 
@@ -234,6 +243,11 @@ impl Object {
             target: Target::Own(Use::Service(service)),
             ..self
         }
+    }
+
+    /// A mistake in this row.
+    pub(super) const fn mistake(&self) -> Mistake<'_> {
+        Mistake::object(self.index, self.sub).at(self.origin)
     }
 
     /// The service that it is, or in place of which it is; None if it is another object.
@@ -278,6 +292,20 @@ pub(super) const fn object_at(objects: &[Object], index: u16, sub: u8) -> Option
     None
 }
 
+/// A mistake at an address, which has the line of this object, or of another sub-index if there is none.
+pub(super) const fn mistake_at(objects: &[Object], index: u16, sub: u8) -> Mistake<'_> {
+    let mistake = Mistake::object(index, sub);
+    if let Some(object) = object_at(objects, index, sub) {
+        return object.mistake();
+    }
+    each!(object in objects => {
+        if object.index == index {
+            return mistake.at(object.origin);
+        }
+    });
+    mistake
+}
+
 /// The constant text at an address.
 #[track_caller]
 pub(crate) const fn text_at(objects: &[Object], index: u16, sub: u8) -> &'static str {
@@ -286,7 +314,7 @@ pub(crate) const fn text_at(objects: &[Object], index: u16, sub: u8) -> &'static
             target: Target::Text(text),
             ..
         }) => text,
-        _ => Mistake::Object(index, sub)
+        _ => mistake_at(objects, index, sub)
             .text("there is no constant text")
             .fail(),
     }

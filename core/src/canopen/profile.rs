@@ -15,14 +15,14 @@ use crate::param::{
 };
 use crate::walk::{each, put};
 
-/// Joins arrays of objects, one table from several: `plumbline::objects![[profile::ERROR_REGISTER], profile::SERVER_SDO]`.
+/// Joins arrays of objects, one table from several: `plumbline::objects![[profile::error_register()], profile::server_sdo()]`.
 #[macro_export]
 macro_rules! objects {
     ($($part:expr),* $(,)?) => {
         &$crate::param::join::join::<
             $crate::canopen::dictionary::Object,
             { 0 $(+ $part.len())* },
-        >(&[$(&$part),*], $crate::canopen::dictionary::Object::PLAIN)
+        >(&[$(&$part),*], $crate::canopen::dictionary::Object::plain())
     };
 }
 
@@ -36,6 +36,7 @@ pub use standard::{STANDARD, Standard, merge, restore, standard, standard_parame
 // Parameters.
 
 /// Node-ID, an object of the maker.
+#[track_caller]
 pub const fn node_id(id: ParameterId, factory: u8) -> Parameter {
     Parameter {
         permitted: Permitted::Range(1, 127),
@@ -45,6 +46,7 @@ pub const fn node_id(id: ParameterId, factory: u8) -> Parameter {
 }
 
 /// Node-ID of a product with LSS, an object of the maker: 1 to 126, or 255 for none. SDO cannot write 255.
+#[track_caller]
 pub const fn lss_node_id(id: ParameterId, factory: u8) -> Parameter {
     Parameter {
         permitted: Permitted::Ranges(&LSS_NODE_IDS),
@@ -53,6 +55,7 @@ pub const fn lss_node_id(id: ParameterId, factory: u8) -> Parameter {
 }
 
 /// The same with all node-IDs of CiA 301: 1 to 127, or 255 for none.
+#[track_caller]
 pub const fn lss_node_id_to_127(id: ParameterId, factory: u8) -> Parameter {
     Parameter {
         permitted: Permitted::Ranges(&LSS_NODE_IDS_TO_127),
@@ -73,6 +76,7 @@ const LSS_NODE_IDS: Ranges = Ranges {
 };
 
 /// Bit rate in kbit/s, an object of the maker; [`BIT_RATES`] are permitted.
+#[track_caller]
 pub const fn bit_rate(id: ParameterId, factory: u16) -> Parameter {
     Parameter {
         unit: "kbit/s",
@@ -105,6 +109,7 @@ const BIT_RATE_CODING: Coding<BitRate, 8> = Coding([
 ]);
 
 /// COB-ID of the SYNC (1005h). Factory value 80h.
+#[track_caller]
 pub const fn sync_cob_id(id: ParameterId) -> Parameter {
     Parameter {
         permitted: Permitted::Ranges(&cob_id::SYNC),
@@ -114,6 +119,7 @@ pub const fn sync_cob_id(id: ParameterId) -> Parameter {
 }
 
 /// Guard time (100Ch) in ms. Factory value 0.
+#[track_caller]
 pub const fn guard_time(id: ParameterId) -> Parameter {
     Parameter {
         unit: "ms",
@@ -122,11 +128,13 @@ pub const fn guard_time(id: ParameterId) -> Parameter {
 }
 
 /// Life time factor (100Dh). Factory value 0.
+#[track_caller]
 pub const fn life_time_factor(id: ParameterId) -> Parameter {
     Parameter::new(id, "Life time factor", DataType::U8)
 }
 
 /// COB-ID of the EMCY (1014h). Factory value 80h; the node-ID is added at each start.
+#[track_caller]
 pub const fn emcy_cob_id(id: ParameterId) -> Parameter {
     Parameter {
         factory: cob_id::EMCY as u32,
@@ -136,6 +144,7 @@ pub const fn emcy_cob_id(id: ParameterId) -> Parameter {
 }
 
 /// Inhibit time of the EMCY (1015h) in 100 us. Factory value 0.
+#[track_caller]
 pub const fn emcy_inhibit_time(id: ParameterId) -> Parameter {
     Parameter {
         unit: "100 us",
@@ -144,6 +153,7 @@ pub const fn emcy_inhibit_time(id: ParameterId) -> Parameter {
 }
 
 /// Producer heartbeat time (1017h) in ms. Factory value 0.
+#[track_caller]
 pub const fn heartbeat_time(id: ParameterId) -> Parameter {
     Parameter {
         unit: "ms",
@@ -152,6 +162,7 @@ pub const fn heartbeat_time(id: ParameterId) -> Parameter {
 }
 
 /// Error behaviour (1029h:01): the NMT state after a communication error. Factory value 0 (pre-operational).
+#[track_caller]
 pub const fn error_behaviour(id: ParameterId) -> Parameter {
     Parameter {
         permitted: Permitted::Named,
@@ -165,6 +176,7 @@ pub const fn error_behaviour(id: ParameterId) -> Parameter {
 }
 
 /// NMT start-up (1F80h): 0 waits for the master, 2 starts all nodes, 8 starts only this node. Factory value 0.
+#[track_caller]
 pub const fn nmt_start_up(id: ParameterId) -> Parameter {
     Parameter {
         permitted: Permitted::Named,
@@ -179,6 +191,7 @@ pub const fn nmt_start_up(id: ParameterId) -> Parameter {
 
 /// The communication parameter of a TPDO (180xh) as four parameters with ids from `first` on: COB-ID (the node-ID is added at
 /// each start), transmission type, inhibit time in 100 us, event timer in ms. Factory values: `cob_id`, 1, 0, 10 ms.
+#[track_caller]
 pub const fn tpdo_communication(first: ParameterId, cob_id: u32) -> [Parameter; 4] {
     let ParameterId(first) = first;
     [
@@ -207,6 +220,7 @@ pub const fn tpdo_communication(first: ParameterId, cob_id: u32) -> [Parameter; 
 // Objects.
 
 /// An object that is a constant number of this type.
+#[track_caller]
 pub const fn constant(
     index: u16,
     sub: u8,
@@ -220,22 +234,24 @@ pub const fn constant(
         name,
         data_type,
         target: Target::Constant(value),
-        ..Object::PLAIN
+        ..Object::plain()
     }
 }
 
 /// An object that is a constant text.
+#[track_caller]
 pub const fn text(index: u16, name: &'static str, value: &'static str) -> Object {
     Object {
         index,
         name,
         access: Access::Const,
         target: Target::Text(value),
-        ..Object::PLAIN
+        ..Object::plain()
     }
 }
 
 /// Sub-index 0 with the highest supported sub-index.
+#[track_caller]
 pub const fn highest(index: u16, group: &'static str, data_type: DataType, sub: u8) -> Object {
     Object {
         group,
@@ -250,6 +266,7 @@ pub const fn highest(index: u16, group: &'static str, data_type: DataType, sub: 
 }
 
 /// A service of the node.
+#[track_caller]
 pub const fn service(
     index: u16,
     sub: u8,
@@ -265,22 +282,24 @@ pub const fn service(
         data_type,
         access,
         target: Target::Service(service),
-        ..Object::PLAIN
+        ..Object::plain()
     }
 }
 
 /// A COB-ID to which the node-ID is added at each start; read-only, but its own value is accepted. If it is writable, only bits 31 and 30
 /// can change.
+#[track_caller]
 pub const fn cob_id(index: u16, sub: u8, id: ParameterId) -> Object {
     Object {
         index,
         sub,
         target: Target::CobId(id),
-        ..Object::PLAIN
+        ..Object::plain()
     }
 }
 
 /// The device type (1000h): the number of the profile in the low word, additional information in the high word.
+#[track_caller]
 pub const fn device_type(value: u32) -> Object {
     Object {
         access: Access::Const,
@@ -289,25 +308,31 @@ pub const fn device_type(value: u32) -> Object {
 }
 
 /// The error register (1001h): the bits of the active faults.
-pub const ERROR_REGISTER: Object = service(
-    0x1001,
-    0,
-    "Error register",
-    DataType::U8,
-    Access::Ro,
-    Service::ErrorRegister,
-);
+#[track_caller]
+pub const fn error_register() -> Object {
+    service(
+        0x1001,
+        0,
+        "Error register",
+        DataType::U8,
+        Access::Ro,
+        Service::ErrorRegister,
+    )
+}
 
 /// Pre-defined error field (1003h) with a history of `count` errors.
+#[track_caller]
 pub const fn error_history(count: u8) -> [Object; 2] {
     errors(count, Service::ErrorHistory)
 }
 
 /// The same. An error that did not occur reads 0 in place of an abort.
+#[track_caller]
 pub const fn error_history_or_zero(count: u8) -> [Object; 2] {
     errors(count, Service::ErrorHistoryOrZero)
 }
 
+#[track_caller]
 const fn errors(count: u8, history: Service) -> [Object; 2] {
     [
         Object {
@@ -329,6 +354,7 @@ const fn errors(count: u8, history: Service) -> [Object; 2] {
 }
 
 /// Identity object (1018h). The serial number is that of the device.
+#[track_caller]
 pub const fn identity(vendor: u32, product: u32, revision: u32) -> [Object; 5] {
     [
         highest(0x1018, "Identity object", DataType::U8, 4),
@@ -347,8 +373,9 @@ pub const fn identity(vendor: u32, product: u32, revision: u32) -> [Object; 5] {
 }
 
 /// The entries of the heartbeat consumer (1016h), with ids from `first` on. No node is monitored as delivered.
+#[track_caller]
 pub const fn consumer_parameters<const N: usize>(first: ParameterId) -> [Parameter; N] {
-    let mut rows = [Parameter::PLAIN; N];
+    let mut rows = [Parameter::plain(); N];
     let mut place = 0;
     while place < N {
         let id = ParameterId(first.0 + place as u8);
@@ -360,6 +387,7 @@ pub const fn consumer_parameters<const N: usize>(first: ParameterId) -> [Paramet
 }
 
 /// Consumer heartbeat time (1016h). `first` is the id of its first parameter, `N` the number of entries plus 1.
+#[track_caller]
 pub const fn consumers<const N: usize>(first: ParameterId) -> [Object; N] {
     let last = N as u8 - 1;
     let mut rows = [highest(0x1016, "Consumer heartbeat time", DataType::U8, last); N];
@@ -373,19 +401,23 @@ pub const fn consumers<const N: usize>(first: ParameterId) -> [Object; N] {
 }
 
 /// The server SDO parameter (1200h): the identifiers of requests and replies.
-pub const SERVER_SDO: [Object; 3] = [
-    highest(0x1200, "Server SDO parameter", DataType::U8, 2),
-    Object {
-        target: Target::NodeRelative(cob_id::SDO_REQUEST as u32),
-        ..constant(0x1200, 1, "COB-ID client to server", DataType::U32, 0)
-    },
-    Object {
-        target: Target::NodeRelative(cob_id::SDO_REPLY as u32),
-        ..constant(0x1200, 2, "COB-ID server to client", DataType::U32, 0)
-    },
-];
+#[track_caller]
+pub const fn server_sdo() -> [Object; 3] {
+    [
+        highest(0x1200, "Server SDO parameter", DataType::U8, 2),
+        Object {
+            target: Target::NodeRelative(cob_id::SDO_REQUEST as u32),
+            ..constant(0x1200, 1, "COB-ID client to server", DataType::U32, 0)
+        },
+        Object {
+            target: Target::NodeRelative(cob_id::SDO_REPLY as u32),
+            ..constant(0x1200, 2, "COB-ID server to client", DataType::U32, 0)
+        },
+    ]
+}
 
 /// The communication parameter of TPDO `number` (from 0; 1800h and following). `first` is the id of its first parameter.
+#[track_caller]
 pub const fn tpdo(number: u8, group: &'static str, first: ParameterId) -> [Object; 5] {
     let index = 0x1800 + number as u16;
     let ParameterId(first) = first;
@@ -415,7 +447,7 @@ pub const fn mapping<const N: usize>(
     entries: &[(&'static str, u32)],
 ) -> [Object; N] {
     let index = 0x1A00 + number as u16;
-    Mistake::Object(index, 0).unless(
+    Mistake::object(index, 0).unless(
         entries.len() + 1 == N,
         "`mapping::<N>` needs one row more than its entries",
     );
@@ -428,6 +460,7 @@ pub const fn mapping<const N: usize>(
 }
 
 /// A published value that is read-only and not mappable.
+#[track_caller]
 pub const fn read_only(index: u16, sub: u8, id: ValueId) -> Object {
     Object {
         mappable: false,

@@ -18,7 +18,6 @@ use super::Abort;
 use super::dictionary::{Access, Object, Service, Target};
 use super::pdo::{Entry, Source};
 use super::sdo::message::Address;
-use crate::mistake::Mistake;
 use crate::param::{DataType, Parameter, ParameterId, ParameterSet, Quantity, ValueId};
 use crate::walk::{each, put};
 
@@ -228,7 +227,7 @@ pub const fn rows<const N: usize>(
     let mut own = 0;
     each!(row, object in objects => {
         check(object);
-        let mistake = Mistake::Object(object.index, object.sub);
+        let mistake = object.mistake();
         mistake.unless(after <= key(object.index, object.sub), "rows must be sorted");
         after = end(object);
         let mappable = if object.mappable { MAPPABLE } else { 0 };
@@ -284,7 +283,7 @@ pub const fn rows<const N: usize>(
 /// Checks that a row is consistent.
 #[track_caller]
 const fn check(object: &Object) {
-    let mistake = Mistake::Object(object.index, object.sub);
+    let mistake = object.mistake();
     mistake.unless(
         object.count >= 1 && object.sub as u32 + object.count as u32 <= 256,
         "there is no sub-index, or one above 255",

@@ -1,7 +1,6 @@
 //! The objects that the protocol itself uses, found in the object dictionary of a product at compile time.
 
-use super::dictionary::{Object, Target, object_at};
-use crate::mistake::Mistake;
+use super::dictionary::{Object, Target, mistake_at, object_at};
 use crate::param::{ParameterId, Setting};
 use crate::walk::{each, put};
 
@@ -21,7 +20,7 @@ impl Setting {
                     Self::Parameter(id)
                 }
                 Target::Constant(number) => Self::Constant(number),
-                _ => Mistake::Object(index, sub)
+                _ => mistake_at(objects, index, sub)
                     .text("the protocol needs a parameter or a constant here")
                     .fail(),
             },
@@ -48,7 +47,7 @@ pub const fn tpdo_settings<const N: usize>(objects: &[Object]) -> [TpdoSettings;
             match Setting::at(objects, index, *sub) {
                 Setting::Parameter(id) => put(&mut own, place, id),
                 Setting::Constant(0) => {}
-                Setting::Constant(_) => Mistake::Object(index, *sub)
+                Setting::Constant(_) => mistake_at(objects, index, *sub)
                     .text("the communication parameter of a TPDO must be parameters")
                     .fail(),
             }

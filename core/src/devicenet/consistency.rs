@@ -37,13 +37,13 @@ pub const fn check<P: Product>() {
 #[track_caller]
 const fn check_identity(identity: &Identity) {
     let name = identity.name;
-    Mistake::Item("IDENTITY").unless(
+    Mistake::item("IDENTITY").unless(
         name.len() >= SHORTEST && name.len() <= NAME_MAX && name.is_ascii(),
         "a product name has 5 to 32 characters of ASCII",
     );
-    Mistake::Item("IDENTITY").unless(identity.product_code > 0, "the product code is at least 1");
+    Mistake::item("IDENTITY").unless(identity.product_code > 0, "the product code is at least 1");
     let (major, minor) = identity.revision;
-    Mistake::Item("IDENTITY").unless(
+    Mistake::item("IDENTITY").unless(
         major >= 1 && major <= 127 && minor >= 1,
         "the revision is 1 to 127, 1 to 255",
     );
@@ -54,7 +54,7 @@ const fn check_identity(identity: &Identity) {
 const fn check_objects(objects: &[Object], parameters: &[Parameter], quantities: &[Quantity]) {
     let mut count = 0;
     each!(place, object in objects => {
-        let mistake = Mistake::Class(object.class);
+        let mistake = object.mistake();
         mistake.unless(
             object.class >= 0x64 && object.class <= 0xC7,
             "the class of a vendor is 64h to C7h",
@@ -68,7 +68,7 @@ const fn check_objects(objects: &[Object], parameters: &[Parameter], quantities:
         });
         let mut last = 0;
         each!(attribute in object.attributes => {
-            let mistake = Mistake::Attribute(object.class, attribute.number);
+            let mistake = attribute.mistake(object.class);
             mistake.unless(
                 attribute.number > last,
                 "the attributes of an object must be sorted by number, from 1 on",
@@ -116,7 +116,7 @@ const fn check_own<A: Application>(objects: &[Object], own: &[Own<A>]) {
     each!(object in objects => {
         each!(attribute in object.attributes => {
             if let Source::Own(_) = attribute.source {
-                let mistake = Mistake::Attribute(object.class, attribute.number);
+                let mistake = attribute.mistake(object.class);
                 let text = "OWN has no functions for this attribute, or not in the order of OBJECTS";
                 let [first, others @ ..] = rest else {
                     mistake.text(text).fail();
@@ -130,7 +130,7 @@ const fn check_own<A: Application>(objects: &[Object], own: &[Own<A>]) {
         });
     });
     if let [first, ..] = rest {
-        Mistake::Attribute(first.class, first.attribute)
+        Mistake::attribute(first.class, first.attribute)
             .text("OBJECTS has no own attribute for these functions")
             .fail();
     }
@@ -138,9 +138,9 @@ const fn check_own<A: Application>(objects: &[Object], own: &[Own<A>]) {
 
 #[track_caller]
 const fn check_assemblies(assemblies: &[Assembly], quantities: &[Quantity]) {
-    Mistake::Item("ASSEMBLIES").unless(!assemblies.is_empty(), "a product needs an assembly");
+    Mistake::item("ASSEMBLIES").unless(!assemblies.is_empty(), "a product needs an assembly");
     each!(place, assembly in assemblies => {
-        let mistake = Mistake::Row("assembly", assembly.instance as usize);
+        let mistake = assembly.mistake();
         mistake.unless(assembly.instance >= 1, "the instance is 1 to 255");
         mistake.unless(
             !assembly.words.is_empty() && assembly.words.len() <= WORDS,
@@ -165,9 +165,9 @@ const fn check_assemblies(assemblies: &[Assembly], quantities: &[Quantity]) {
 /// Checks the parameters of the protocol, and the persistence of all parameters.
 #[track_caller]
 const fn check_roles(roles: &Roles, assemblies: &[Assembly], parameters: &[Parameter]) {
-    Mistake::Item("ROLES").unless(!roles.bit_rates.is_empty(), "a product needs a bit rate");
+    Mistake::item("ROLES").unless(!roles.bit_rates.is_empty(), "a product needs a bit rate");
     each!(code, rate in roles.bit_rates => {
-        Mistake::Row("bit rate", code).unless(
+        Mistake::row("bit rate", code).unless(
             code < BIT_RATES.len() && *rate as u8 == *at(&BIT_RATES, code) as u8,
             "DeviceNet has the bit rates 125, 250 and 500 kbit/s with the codes 0, 1 and 2",
         );
@@ -182,8 +182,8 @@ const fn check_roles(roles: &Roles, assemblies: &[Assembly], parameters: &[Param
     check_role(parameters, roles.cos_delta, 255);
     check_selection(parameters, roles.polled_assembly, assemblies);
     check_selection(parameters, roles.cyclic_assembly, assemblies);
-    each!(place, parameter in parameters => {
-        Mistake::Parameter(place, parameter.name).unless(
+    each!(parameter in parameters => {
+        parameter.mistake().unless(
             !matches!(parameter.persistence, Persistence::OnSave),
             "a parameter is stored when it is written, or never",
         );
@@ -193,9 +193,9 @@ const fn check_roles(roles: &Roles, assemblies: &[Assembly], parameters: &[Param
 /// Checks that a parameter of the protocol is a byte that permits numbers up to `most` only.
 #[track_caller]
 const fn check_role(parameters: &[Parameter], id: ParameterId, most: u32) {
-    exists(Mistake::Item("ROLES"), parameters, id);
+    exists(Mistake::item("ROLES"), parameters, id);
     let parameter = at(parameters, id.0 as usize);
-    let mistake = Mistake::Parameter(id.0 as usize, parameter.name);
+    let mistake = parameter.mistake();
     mistake.unless(
         matches!(parameter.data_type, DataType::U8),
         "a parameter of the protocol is a byte",
@@ -213,14 +213,15 @@ const fn check_role(parameters: &[Parameter], id: ParameterId, most: u32) {
 /// Checks that a parameter permits exactly the instances of the assemblies.
 #[track_caller]
 const fn check_selection(parameters: &[Parameter], id: ParameterId, assemblies: &[Assembly]) {
-    exists(Mistake::Item("ROLES"), parameters, id);
+    exists(Mistake::item("ROLES"), parameters, id);
     let parameter = at(parameters, id.0 as usize);
     let mut number = 0;
     while number <= 255 {
         let mut exists = false;
         each!(assembly in assemblies => { exists |= assembly.instance as u32 == number });
         if permits(parameter, number) != exists {
-            Mistake::Parameter(id.0 as usize, parameter.name)
+            parameter
+                .mistake()
                 .text("it must permit exactly the instances of ASSEMBLIES, see ")
                 .number(number)
                 .fail();

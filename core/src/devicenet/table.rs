@@ -7,6 +7,7 @@
 use super::projection::{AssemblyRow, AttributeRow, ObjectRow};
 use crate::application::Application;
 use crate::can::BitRate;
+use crate::mistake::{Mistake, Origin};
 use crate::node::Context;
 use crate::param::{DataType, Parameter, ParameterId, Parameters, Quantity, Refused, ValueId};
 use crate::store::ImageId;
@@ -72,6 +73,41 @@ pub struct Attribute {
     pub source: Source,
     /// Whether a master can set it. Only a parameter or an own attribute is settable.
     pub settable: bool,
+    /// The line of the row, for the message of a mistake.
+    pub origin: Origin,
+}
+
+impl Attribute {
+    /// An attribute that can only be read.
+    #[track_caller]
+    pub const fn new(number: u8, name: &'static str, source: Source) -> Self {
+        Self {
+            number,
+            name,
+            help: "",
+            source,
+            settable: false,
+            origin: Origin::here(),
+        }
+    }
+
+    /// The same as a settable attribute.
+    pub const fn settable(self) -> Self {
+        Self {
+            settable: true,
+            ..self
+        }
+    }
+
+    /// The same with an explanation.
+    pub const fn with_help(self, help: &'static str) -> Self {
+        Self { help, ..self }
+    }
+
+    /// A mistake in this row of a class.
+    pub(super) const fn mistake(&self, class: u8) -> Mistake<'_> {
+        Mistake::attribute(class, self.number).at(self.origin)
+    }
 }
 
 /// An object of the vendor: instance 1 of a class.
@@ -85,6 +121,27 @@ pub struct Object {
     pub revision: u16,
     /// Its attributes, sorted by number.
     pub attributes: &'static [Attribute],
+    /// The line of the row, for the message of a mistake.
+    pub origin: Origin,
+}
+
+impl Object {
+    /// An object with these attributes and revision 1.
+    #[track_caller]
+    pub const fn new(class: u8, name: &'static str, attributes: &'static [Attribute]) -> Self {
+        Self {
+            class,
+            name,
+            revision: 1,
+            attributes,
+            origin: Origin::here(),
+        }
+    }
+
+    /// A mistake in this row.
+    pub(super) const fn mistake(&self) -> Mistake<'_> {
+        Mistake::class(self.class).at(self.origin)
+    }
 }
 
 /// The class of the assembly object.
@@ -106,9 +163,27 @@ pub struct Assembly {
     pub name: &'static str,
     /// The published values, at most four. Each is a word of 16 bits, low byte first.
     pub words: &'static [ValueId],
+    /// The line of the row, for the message of a mistake.
+    pub origin: Origin,
 }
 
 impl Assembly {
+    /// An assembly of these values.
+    #[track_caller]
+    pub const fn new(instance: u8, name: &'static str, words: &'static [ValueId]) -> Self {
+        Self {
+            instance,
+            name,
+            words,
+            origin: Origin::here(),
+        }
+    }
+
+    /// A mistake in this row.
+    pub(super) const fn mistake(&self) -> Mistake<'_> {
+        Mistake::row("assembly", self.instance as usize).at(self.origin)
+    }
+
     /// The size of the data in bytes.
     pub const fn size(&self) -> u8 {
         2 * self.words.len() as u8

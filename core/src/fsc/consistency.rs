@@ -38,10 +38,11 @@ pub const fn check<P: Product>() {
 pub(super) const fn check_codes(access: &[Access], functions: &[Function]) {
     let mut used = [false; 256];
     each!(access in access => {
-        take(&mut used, access.read, access.name);
-        take(&mut used, access.write, access.name);
+        take(&mut used, access.read, access.mistake());
+        let written = Mistake::code(access.write, access.name).at(access.origin);
+        take(&mut used, access.write, written);
     });
-    each!(function in functions => { take(&mut used, function.code, function.name) });
+    each!(function in functions => { take(&mut used, function.code, function.mistake()) });
     let (mut rows, mut group) = (0, 0);
     while group < 16 {
         let (_, rest) = used.split_at(16 * group);
@@ -56,15 +57,15 @@ pub(super) const fn check_codes(access: &[Access], functions: &[Function]) {
         rows += end - first;
         group += 1;
     }
-    Mistake::Item("FUNCTIONS").unless(
+    Mistake::item("FUNCTIONS").unless(
         rows < LAST,
         "there are too many codes: each group of 16 needs a row from its first to its last code",
     );
 }
 
 #[track_caller]
-const fn take(used: &mut [bool; 256], code: u8, name: &str) {
-    Mistake::Code(code, name).unless(!*at(used, code as usize), "another row has this code");
+const fn take(used: &mut [bool; 256], code: u8, mistake: Mistake) {
+    mistake.unless(!*at(used, code as usize), "another row has this code");
     put(used, code as usize, true);
 }
 
@@ -76,7 +77,7 @@ pub(super) const fn check_access(
     parameters: &[Parameter],
     quantities: &[Quantity],
 ) {
-    let mistake = Mistake::Code(access.read, access.name);
+    let mistake = access.mistake();
     let own = roles.own();
     mistake.unless(!access.parameters.is_empty(), "it reads no parameter");
     let mut bytes = 0;
@@ -96,7 +97,7 @@ pub(super) const fn check_access(
 /// Checks a code that does not access parameters.
 #[track_caller]
 const fn check_function(function: &Function, parameters: &[Parameter], quantities: &[Quantity]) {
-    let mistake = Mistake::Code(function.code, function.name);
+    let mistake = function.mistake();
     mistake.unless(
         !matches!(function.operation, Operation::Write),
         "only the rows of ACCESS write parameters",
@@ -201,11 +202,11 @@ const fn check_operations(functions: &[Function]) {
         let mut exists = false;
         each!(function in functions => {
             if function.operation as u8 == *operation as u8 {
-                Mistake::Code(function.code, function.name).unless(!exists, text);
+                function.mistake().unless(!exists, text);
                 exists = true;
             }
         });
-        Mistake::Item("FUNCTIONS").unless(exists, text);
+        Mistake::item("FUNCTIONS").unless(exists, text);
     });
 }
 
@@ -215,7 +216,7 @@ const fn check_own<A: Application>(functions: &[Function], own: &[Own<A>]) {
     let mut rest = own;
     each!(function in functions => {
         if let Operation::Own = function.operation {
-            let mistake = Mistake::Code(function.code, function.name);
+            let mistake = function.mistake();
             let text = "OWN has no function for this code, or not in the order of FUNCTIONS";
             let [first, others @ ..] = rest else {
                 mistake.text(text).fail();
@@ -225,7 +226,7 @@ const fn check_own<A: Application>(functions: &[Function], own: &[Own<A>]) {
         }
     });
     if let [first, ..] = rest {
-        Mistake::Code(first.code, "OWN")
+        Mistake::code(first.code, "OWN")
             .text("FUNCTIONS has no code with an own operation for it")
             .fail();
     }
@@ -237,7 +238,7 @@ const fn check_roles(roles: &Roles, parameters: &[Parameter]) {
     let identifiers = [roles.set_id, roles.reply_id, roles.sync_id];
     each!(place, id in &identifiers => {
         let parameter = role(parameters, *id);
-        let mistake = Mistake::Parameter(id.0 as usize, parameter.name);
+        let mistake = parameter.mistake();
         mistake.unless(
             IDENTIFIERS.contain(parameter.factory) && IDENTIFIERS.contain(highest(parameter)),
             "it permits a number that is no identifier",
@@ -250,7 +251,7 @@ const fn check_roles(roles: &Roles, parameters: &[Parameter]) {
         });
     });
     let bit_rate = role(parameters, roles.bit_rate);
-    let mistake = Mistake::Parameter(roles.bit_rate.0 as usize, bit_rate.name);
+    let mistake = bit_rate.mistake();
     if highest(bit_rate) as usize >= roles.bit_rates.len() {
         mistake
             .text("`bit_rates` has no row for the permitted number ")
@@ -260,16 +261,16 @@ const fn check_roles(roles: &Roles, parameters: &[Parameter]) {
     role(parameters, roles.bus_off_recovery);
     role(parameters, roles.cyclic_mode);
     let time = role(parameters, roles.cyclic_time);
-    Mistake::Parameter(roles.cyclic_time.0 as usize, time.name)
+    time.mistake()
         .unless(!permits(time, 0), "the cyclic time permits 0 ms");
 }
 
 /// The parameter of a role. It is an unsigned number.
 #[track_caller]
 const fn role(parameters: &[Parameter], id: ParameterId) -> &Parameter {
-    exists(Mistake::Item("ROLES"), parameters, id);
+    exists(Mistake::item("ROLES"), parameters, id);
     let parameter = at(parameters, id.0 as usize);
-    Mistake::Parameter(id.0 as usize, parameter.name).unless(
+    parameter.mistake().unless(
         !parameter.data_type.is_signed() && !parameter.data_type.is_wide(),
         "a parameter of the protocol is an unsigned number of up to 32 bits",
     );
@@ -279,8 +280,8 @@ const fn role(parameters: &[Parameter], id: ParameterId) -> &Parameter {
 /// Checks that no parameter is stored when it is written: this protocol has a save command.
 #[track_caller]
 const fn check_persistence(parameters: &[Parameter]) {
-    each!(place, parameter in parameters => {
-        Mistake::Parameter(place, parameter.name).unless(
+    each!(parameter in parameters => {
+        parameter.mistake().unless(
             !matches!(parameter.persistence, Persistence::AtOnce),
             "a parameter is stored on save, or never",
         );

@@ -7,7 +7,7 @@
 //! ```
 
 use crate::application::Faults;
-use crate::mistake::Mistake;
+use crate::mistake::{Mistake, Origin};
 use crate::walk::each;
 
 /// The condition that sets a bit of the status byte.
@@ -34,6 +34,20 @@ pub struct StatusBit {
     pub name: &'static str,
     /// The condition that sets it.
     pub condition: Condition,
+    /// The line of the row, for the message of a mistake.
+    pub origin: Origin,
+}
+
+impl StatusBit {
+    /// A bit that this condition sets.
+    #[track_caller]
+    pub const fn new(name: &'static str, condition: Condition) -> Self {
+        Self {
+            name,
+            condition,
+            origin: Origin::here(),
+        }
+    }
 }
 
 /// The description of the status byte in the form that the device uses.
@@ -62,7 +76,7 @@ impl StatusMasks {
             faults: Faults::NONE,
             shift: 0,
         };
-        each!(bit, StatusBit { condition, .. } in bits => {
+        each!(bit, StatusBit { condition, origin, .. } in bits => {
             let mask = 1 << bit;
             match *condition {
                 Condition::Never => {}
@@ -71,7 +85,7 @@ impl StatusMasks {
                 Condition::EepromError => masks.eeprom_error |= mask,
                 Condition::CmdParamError => masks.cmd_param_error |= mask,
                 Condition::Fault(fault) => {
-                    let mistake = Mistake::Row("status bit", bit);
+                    let mistake = Mistake::row("status bit", bit).at(*origin);
                     mistake.unless(fault.0.is_power_of_two(), "it has exactly one fault");
                     let place = fault.0.trailing_zeros();
                     mistake.unless(place <= 8 + bit as u32, "this fault has no place in this bit");
@@ -105,10 +119,7 @@ mod tests {
     use super::*;
 
     const fn bit(condition: Condition) -> StatusBit {
-        StatusBit {
-            name: "",
-            condition,
-        }
+        StatusBit::new("", condition)
     }
 
     #[test]

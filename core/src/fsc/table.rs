@@ -7,6 +7,7 @@ use super::projection::Codes;
 use super::status::StatusBit;
 use crate::application::Application;
 use crate::can::BitRate;
+use crate::mistake::{Mistake, Origin};
 use crate::node::{Context, ErrorPatterns, Pattern};
 use crate::param::{DataType, Parameter, ParameterId, ParameterSet, Quantity, ValueId};
 use crate::store::ImageId;
@@ -105,6 +106,32 @@ pub struct Access {
     pub name: &'static str,
     /// The parameters in the order of their bytes; at most six bytes in total.
     pub parameters: &'static [ParameterId],
+    /// The line of the row, for the message of a mistake.
+    pub origin: Origin,
+}
+
+impl Access {
+    /// The code that reads and the one that writes these parameters.
+    #[track_caller]
+    pub const fn new(
+        read: u8,
+        write: u8,
+        name: &'static str,
+        parameters: &'static [ParameterId],
+    ) -> Self {
+        Self {
+            read,
+            write,
+            name,
+            parameters,
+            origin: Origin::here(),
+        }
+    }
+
+    /// A mistake in this row.
+    pub(super) const fn mistake(&self) -> Mistake<'_> {
+        Mistake::code(self.read, self.name).at(self.origin)
+    }
 }
 
 /// A function that does not access parameters: a row of tables 17 and 18.
@@ -120,6 +147,38 @@ pub struct Function {
     pub signature: &'static [u8],
     /// The fields of the reply after the status byte.
     pub reply: &'static [Field],
+    /// The line of the row, for the message of a mistake.
+    pub origin: Origin,
+}
+
+impl Function {
+    /// A function without signature whose reply has only the status byte.
+    #[track_caller]
+    pub const fn new(code: u8, name: &'static str, operation: Operation) -> Self {
+        Self {
+            code,
+            name,
+            operation,
+            signature: b"",
+            reply: &[],
+            origin: Origin::here(),
+        }
+    }
+
+    /// The same with a signature.
+    pub const fn signed(self, signature: &'static [u8]) -> Self {
+        Self { signature, ..self }
+    }
+
+    /// The same with these fields in the reply.
+    pub const fn replying(self, reply: &'static [Field]) -> Self {
+        Self { reply, ..self }
+    }
+
+    /// A mistake in this row.
+    pub(super) const fn mistake(&self) -> Mistake<'_> {
+        Mistake::code(self.code, self.name).at(self.origin)
+    }
 }
 
 /// Run and error LED patterns (table 12).

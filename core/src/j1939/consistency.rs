@@ -59,7 +59,7 @@ const FMI_MAX: u8 = 31;
 #[track_caller]
 pub(super) const fn check_groups(groups: &[Group]) {
     each!(place, group in groups => {
-        let mistake = Mistake::Group(group.pgn, group.name);
+        let mistake = group.mistake();
         mistake.unless(
             group.pgn <= 0x1_FFFF,
             "the number has more than 17 bits: the extended data page belongs to another protocol",
@@ -84,7 +84,7 @@ pub(super) const fn check_groups(groups: &[Group]) {
 const fn check_signals(group: &Group) {
     let mut used = 0_u64;
     each!(place, signal in group.signals => {
-        let mistake = Mistake::Signal(group.pgn, group.name, signal.name);
+        let mistake = signal.mistake(group);
         let before = group.signals.split_at(place).0;
         mistake.unless(!signal.name.is_empty(), "the name is empty");
         mistake.unless(signal.bits >= 1, "the signal has no bits");
@@ -144,11 +144,11 @@ const fn check_sent<P: Product>(parameters: &[Parameter]) {
     let mut groups = P::GROUPS;
     each!(sent in P::SENT => {
         let [group, others @ ..] = groups else {
-            Mistake::Group(sent.pgn, "SENT")
+            Mistake::group(sent.pgn, "SENT")
                 .text("GROUPS does not describe this group")
                 .fail();
         };
-        let mistake = Mistake::Group(group.pgn, group.name);
+        let mistake = group.mistake();
         mistake.unless(
             sent.pgn == group.pgn,
             "SENT has another group in this place: both tables have the same order",
@@ -158,11 +158,12 @@ const fn check_sent<P: Product>(parameters: &[Parameter]) {
         groups = others;
     });
     if let [group, ..] = groups {
-        Mistake::Group(group.pgn, group.name)
+        group
+            .mistake()
             .text("SENT has no row for this group")
             .fail();
     }
-    Mistake::Item("Timers").unless(
+    Mistake::item("Timers").unless(
         P::SENT.len() == P::Timers::COUNT,
         "each group in SENT needs a timer, and each timer a group",
     );
@@ -176,7 +177,7 @@ const fn check_setting(mistake: Mistake, setting: Setting, most: u32, parameters
         Setting::Parameter(id) => {
             exists(mistake, parameters, id);
             let parameter = at(parameters, id.0 as usize);
-            let mistake = Mistake::Parameter(id.0 as usize, parameter.name);
+            let mistake = parameter.mistake();
             mistake.unless(
                 !parameter.data_type.is_signed() && !parameter.data_type.is_wide(),
                 "a parameter of the protocol is an unsigned number of up to 32 bits",
@@ -210,7 +211,7 @@ const NAMES: [&str; FIELDS.len()] = [
 const fn check_name(name: &[Setting; FIELDS.len()], parameters: &[Parameter]) {
     each!(place, setting in name => {
         let (_, bits) = *at(&FIELDS, place);
-        let mistake = Mistake::Item(at::<&str>(&NAMES, place));
+        let mistake = Mistake::item(at::<&str>(&NAMES, place));
         check_setting(mistake, *setting, (1 << bits) - 1, parameters);
     });
 }
@@ -219,7 +220,7 @@ const fn check_name(name: &[Setting; FIELDS.len()], parameters: &[Parameter]) {
 const fn check_address(id: ParameterId, parameters: &[Parameter]) {
     let setting = Setting::Parameter(id);
     check_setting(
-        Mistake::Item("ADDRESS"),
+        Mistake::item("ADDRESS"),
         setting,
         LAST_ADDRESS as u32,
         parameters,
@@ -233,7 +234,7 @@ const fn check_texts<P: Product>() {
     check_text("VERSION", P::VERSION, NAME);
     check_text("TYPE", P::TYPE, MESSAGE);
     // The separators, and a serial number of 32 bits.
-    Mistake::Item("MAKE").unless(
+    Mistake::item("MAKE").unless(
         P::MAKE.len() + P::TYPE.len() + NAME + 5 + 10 <= MESSAGE,
         "the identification with MAKE and TYPE is longer than a message",
     );
@@ -241,7 +242,7 @@ const fn check_texts<P: Product>() {
 
 #[track_caller]
 const fn check_text(item: &str, text: &str, longest: usize) {
-    let mistake = Mistake::Item(item);
+    let mistake = Mistake::item(item);
     mistake.unless(text.len() <= longest, "the text is too long");
     each!(letter in text.as_bytes() => {
         mistake.unless(
@@ -253,12 +254,12 @@ const fn check_text(item: &str, text: &str, longest: usize) {
 
 #[track_caller]
 const fn check_troubles(troubles: &[Code]) {
-    Mistake::Item("TROUBLES").unless(
+    Mistake::item("TROUBLES").unless(
         troubles.len() <= CODES,
         "there are more than 14 trouble codes",
     );
     each!(place, code in troubles => {
-        let mistake = Mistake::Row("trouble code", place);
+        let mistake = Mistake::row("trouble code", place);
         mistake.unless(code.spn <= SPN_MAX, "a suspect parameter number has 19 bits");
         mistake.unless(code.fmi <= FMI_MAX, "a failure mode identifier has 5 bits");
         each!(other in troubles.split_at(place).0 => {
@@ -275,34 +276,24 @@ mod tests {
     use super::super::signal::Source;
     use super::*;
 
-    const VALUE: Signal = Signal {
-        name: "Slope",
-        spn: 3318,
-        start: 0,
-        bits: 16,
-        contents: Contents::Value {
+    const VALUE: Signal = Signal::new(
+        "Slope",
+        3318,
+        0,
+        16,
+        Contents::Value {
             source: Source::Pitch,
             resolution: (1, 1000),
             offset: -64,
             unit: "deg",
         },
-    };
-    const MERIT: Signal = Signal {
-        name: "Merit",
-        spn: 3323,
-        start: 16,
-        bits: 2,
-        contents: Contents::Merit(Source::Pitch),
-    };
+    );
+    const MERIT: Signal = Signal::new("Merit", 3323, 16, 2, Contents::Merit(Source::Pitch));
 
     /// Checks a group with these signals.
     fn check(signals: &'static [Signal]) {
         let name = "SLOPE";
-        check_groups(&[Group {
-            name,
-            pgn: 0xFF20,
-            signals,
-        }]);
+        check_groups(&[Group::new(name, 0xFF20, signals)]);
     }
 
     #[test]

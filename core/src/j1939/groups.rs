@@ -25,26 +25,10 @@ pub const NAMES: [&str; COUNT] = ["SSI2", "SSI", "ARI", "ACCS"];
 
 /// The groups, in the order of [`NAMES`].
 pub const GROUPS: [Group; COUNT] = [
-    Group {
-        name: NAMES[0],
-        pgn: 61_481,
-        signals: &SSI2,
-    },
-    Group {
-        name: NAMES[1],
-        pgn: 61_459,
-        signals: &SSI,
-    },
-    Group {
-        name: NAMES[2],
-        pgn: 61_482,
-        signals: &ARI,
-    },
-    Group {
-        name: NAMES[3],
-        pgn: 61_485,
-        signals: &ACCS,
-    },
+    Group::new(NAMES[0], 61_481, &SSI2),
+    Group::new(NAMES[1], 61_459, &SSI),
+    Group::new(NAMES[2], 61_482, &ARI),
+    Group::new(NAMES[3], 61_485, &ACCS),
 ];
 
 /// The suspect parameter number of the pitch angle in SSI2.
@@ -104,6 +88,7 @@ const ACCS: [Signal; 8] = [
 /// The value of one bit as a fraction, the value of the number 0, and the unit of both.
 type Scale = ((u64, u64), i32, &'static str);
 
+#[track_caller]
 const fn value(name: &'static str, spn: u32, start: u8, source: Source, scale: Scale) -> Signal {
     let (resolution, offset, unit) = scale;
     let contents = Contents::Value {
@@ -112,9 +97,10 @@ const fn value(name: &'static str, spn: u32, start: u8, source: Source, scale: S
         offset,
         unit,
     };
-    signal(name, spn, start, 16, contents)
+    Signal::new(name, spn, start, 16, contents)
 }
 
+#[track_caller]
 const fn fine_angle(name: &'static str, spn: u32, start: u8, source: Source) -> Signal {
     Signal {
         bits: 24,
@@ -122,42 +108,39 @@ const fn fine_angle(name: &'static str, spn: u32, start: u8, source: Source) -> 
     }
 }
 
+#[track_caller]
 const fn angle(name: &'static str, spn: u32, start: u8, source: Source) -> Signal {
     value(name, spn, start, source, ((2, 1000), -64, "deg"))
 }
 
+#[track_caller]
 const fn rate(name: &'static str, start: u8, source: Source) -> Signal {
     value(name, 0, start, source, ((1, 128), -250, "deg/s"))
 }
 
+#[track_caller]
 const fn force(name: &'static str, start: u8, source: Source) -> Signal {
     value(name, 0, start, source, ((1, 100), -320, "m/s^2"))
 }
 
+#[track_caller]
 const fn merit(name: &'static str, spn: u32, start: u8, source: Source) -> Signal {
-    signal(name, spn, start, 2, Contents::Merit(source))
+    Signal::new(name, spn, start, 2, Contents::Merit(source))
 }
 
+#[track_caller]
 const fn compensation(name: &'static str, spn: u32, start: u8) -> Signal {
-    signal(name, spn, start, 2, Contents::Compensation)
+    Signal::new(name, spn, start, 2, Contents::Compensation)
 }
 
+#[track_caller]
 const fn latency(name: &'static str, spn: u32) -> Signal {
-    signal(name, spn, 56, 8, Contents::Latency)
+    Signal::new(name, spn, 56, 8, Contents::Latency)
 }
 
+#[track_caller]
 const fn unknown_latency(name: &'static str, start: u8) -> Signal {
-    signal(name, 0, start, 8, Contents::UnknownLatency)
-}
-
-const fn signal(name: &'static str, spn: u32, start: u8, bits: u8, contents: Contents) -> Signal {
-    Signal {
-        name,
-        spn,
-        start,
-        bits,
-        contents,
-    }
+    Signal::new(name, 0, start, 8, Contents::UnknownLatency)
 }
 
 static SSI2_FIELDS: [Field; SSI2.len()] = fields(&SSI2);

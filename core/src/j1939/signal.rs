@@ -6,7 +6,7 @@
 //! A number beyond its valid range is never sent limited: all its bits are 1 and its figure of merit is 3.
 
 use super::identifier::Pgn;
-use crate::mistake::Mistake;
+use crate::mistake::{Mistake, Origin};
 use crate::walk::{each, put};
 
 /// The quality of a value, as a figure of merit.
@@ -132,6 +132,8 @@ pub struct Signal {
     pub bits: u8,
     /// What the bits of the signal contain.
     pub contents: Contents,
+    /// The line of the row, for the message of a mistake.
+    pub origin: Origin,
 }
 
 /// A group that is sent to all nodes.
@@ -143,9 +145,27 @@ pub struct Group {
     pub pgn: Pgn,
     /// Its signals. The figure of merit of a value comes after the value.
     pub signals: &'static [Signal],
+    /// The line of the row, for the message of a mistake.
+    pub origin: Origin,
 }
 
 impl Group {
+    /// A group with these signals.
+    #[track_caller]
+    pub const fn new(name: &'static str, pgn: Pgn, signals: &'static [Signal]) -> Self {
+        Self {
+            name,
+            pgn,
+            signals,
+            origin: Origin::here(),
+        }
+    }
+
+    /// A mistake in this row.
+    pub(super) const fn mistake(&self) -> Mistake<'_> {
+        Mistake::group(self.pgn, self.name).at(self.origin)
+    }
+
     /// The data of a group with numbers of the product, for [`Contents::Own`]. The numbers are in the order of the signals, each in the
     /// resolution of its signal. A number that is None or beyond the valid range is sent as ones: not available. Bits without a signal
     /// are 1.
@@ -163,6 +183,30 @@ impl Group {
 }
 
 impl Signal {
+    /// A signal with these contents in `bits` bits from bit `start` on.
+    #[track_caller]
+    pub const fn new(
+        name: &'static str,
+        spn: u32,
+        start: u8,
+        bits: u8,
+        contents: Contents,
+    ) -> Self {
+        Self {
+            name,
+            spn,
+            start,
+            bits,
+            contents,
+            origin: Origin::here(),
+        }
+    }
+
+    /// A mistake in this signal of a group.
+    pub(super) const fn mistake<'a>(&'a self, group: &'a Group) -> Mistake<'a> {
+        Mistake::signal(group.pgn, group.name, self.name).at(self.origin)
+    }
+
     /// The raw number of a number of the product.
     fn raw(&self, number: i32) -> Option<u64> {
         let Contents::Own {
@@ -220,7 +264,7 @@ pub const fn fields<const N: usize>(signals: &[Signal]) -> [Field; N] {
         kind: Kind::Ones,
         source: 0,
     }; N];
-    each!(place, signal in signals => { put(&mut fields, place, field(Mistake::Item(signal.name), signal)) });
+    each!(place, signal in signals => { put(&mut fields, place, field(Mistake::item(signal.name).at(signal.origin), signal)) });
     fields
 }
 
@@ -321,31 +365,31 @@ mod tests {
     use super::*;
 
     const fn own(start: u8, bits: u8, resolution: (u64, u64), offset: i32) -> Signal {
-        Signal {
-            name: "Own",
-            spn: 0,
+        Signal::new(
+            "Own",
+            0,
             start,
             bits,
-            contents: Contents::Own {
+            Contents::Own {
                 resolution,
                 offset,
                 unit: "",
             },
-        }
+        )
     }
 
     #[test]
     fn numbers_of_a_product_are_at_the_place_of_their_signals_and_ones_beyond_the_valid_range() {
-        const GROUP: Group = Group {
-            name: "OWN",
-            pgn: 0xFF20,
-            signals: &[
+        const GROUP: Group = Group::new(
+            "OWN",
+            0xFF20,
+            &[
                 // 0.01 deg from -300 deg; a state; 2 K from -40 K.
                 own(8, 16, (1, 100), -300),
                 own(24, 2, (1, 1), 0),
                 own(32, 8, (2, 1), -40),
             ],
-        };
+        );
         let cases: [(&[Option<i32>], u64); 9] = [
             (&[Some(0), Some(0), Some(0)], 0xFFFF_FF14_FC75_30FF),
             (&[Some(-500), Some(1), Some(-20)], 0xFFFF_FF00_FD73_3CFF),

@@ -156,7 +156,7 @@ impl<P: Both> Protocol<ApplicationOf<P>> for CanopenOrJ1939<P> {
     const CHANGES_FILTERS: bool = true;
 
     const INITIAL: Self = {
-        Mistake::Item("HOSTED").unless(
+        Mistake::item("HOSTED").unless(
             <P as canopen::Product>::HOSTED.is_some(),
             "without this function, a product with both protocols is never in J1939",
         );

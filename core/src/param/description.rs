@@ -1,5 +1,6 @@
 //! The description of a parameter.
 
+use crate::mistake::{Mistake, Origin};
 use crate::walk::{each, get};
 
 /// The id of a parameter: its index in the table of the product.
@@ -193,29 +194,36 @@ pub struct Parameter {
     pub factory: u32,
     /// When it is stored, and whether at all.
     pub persistence: Persistence,
+    /// The line of the row, for the message of a mistake.
+    pub origin: Origin,
 }
 
 impl Parameter {
     /// The default for a description: a byte without unit and names, stored on save.
-    pub const PLAIN: Self = Self {
-        id: ParameterId(0),
-        name: "",
-        data_type: DataType::U8,
-        unit: "",
-        decimals: 0,
-        permitted: Permitted::Any,
-        meanings: &[],
-        factory: 0,
-        persistence: Persistence::OnSave,
-    };
+    #[track_caller]
+    pub const fn plain() -> Self {
+        Self {
+            id: ParameterId(0),
+            name: "",
+            data_type: DataType::U8,
+            unit: "",
+            decimals: 0,
+            permitted: Permitted::Any,
+            meanings: &[],
+            factory: 0,
+            persistence: Persistence::OnSave,
+            origin: Origin::here(),
+        }
+    }
 
     /// A stored parameter without unit that takes every value of its type; its factory value is 0.
+    #[track_caller]
     pub const fn new(id: ParameterId, name: &'static str, data_type: DataType) -> Self {
         Self {
             id,
             name,
             data_type,
-            ..Self::PLAIN
+            ..Self::plain()
         }
     }
 
@@ -278,6 +286,11 @@ impl Parameter {
             _ => factory as u64,
         })
     }
+
+    /// A mistake in this row.
+    pub(crate) const fn mistake(&self) -> Mistake<'_> {
+        Mistake::parameter(self.id.0 as usize, self.name).at(self.origin)
+    }
 }
 
 /// A condition for two parameters.
@@ -328,10 +341,13 @@ pub struct Quantity {
     pub decimals: u8,
     /// The lowest and the highest number.
     pub range: (i64, i64),
+    /// The line of the row, for the message of a mistake.
+    pub origin: Origin,
 }
 
 impl Quantity {
     /// A quantity without unit that takes all values of its type.
+    #[track_caller]
     pub const fn new(id: ValueId, name: &'static str, data_type: DataType) -> Self {
         Self {
             id,
@@ -340,6 +356,7 @@ impl Quantity {
             unit: "",
             decimals: 0,
             range: data_type.range(),
+            origin: Origin::here(),
         }
     }
 
@@ -350,6 +367,19 @@ impl Quantity {
             decimals,
             ..self
         }
+    }
+
+    /// The same with a lowest and a highest number.
+    pub const fn within(self, low: i64, high: i64) -> Self {
+        Self {
+            range: (low, high),
+            ..self
+        }
+    }
+
+    /// A mistake in this row.
+    pub(crate) const fn mistake(&self) -> Mistake<'_> {
+        Mistake::row("quantity", self.id.0 as usize).at(self.origin)
     }
 }
 

@@ -9,7 +9,7 @@ macro_rules! parameters {
         &$crate::param::join::join::<
             $crate::param::Parameter,
             { 0 $(+ $part.len())* },
-        >(&[$(&$part),*], $crate::param::Parameter::PLAIN)
+        >(&[$(&$part),*], $crate::param::Parameter::plain())
     };
 }
 

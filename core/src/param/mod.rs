@@ -23,7 +23,7 @@
 //!         unit: "ms",
 //!         permitted: Permitted::Range(1, 1000),
 //!         factory: 250,
-//!         ..Parameter::PLAIN
+//!         ..Parameter::plain()
 //!     }];
 //!     plumbline::project!(parameters);
 //! }
@@ -50,6 +50,7 @@ mod setting;
 mod values;
 mod wide;
 
+pub use crate::mistake::Origin;
 pub use coding::{Coding, decode, meaning};
 pub use description::{
     Constraint, DataType, Meaning, Parameter, ParameterId, Permitted, Persistence, Quantity,

@@ -17,7 +17,7 @@ pub const PARAMETERS_MAX: usize = ParameterSet::CAPACITY;
 /// The factory value of each parameter.
 #[track_caller]
 pub const fn factory<const N: usize>(parameters: &[Parameter]) -> [u32; N] {
-    Mistake::Item("PARAMETERS").unless(
+    Mistake::item("PARAMETERS").unless(
         parameters.len() == N && N <= PARAMETERS_MAX,
         "a product has at most 128 parameters",
     );
@@ -37,11 +37,13 @@ pub const fn rows<const N: usize>(
     let empty = ParameterRow::new(DataType::U8, Persistence::Volatile, 0, (0, 0));
     let mut rows = [empty; N];
     each!(place, parameter in parameters => {
-        let mistake = Mistake::Parameter(place, parameter.name);
-        mistake.unless(
-            parameter.id.0 as usize == place,
-            "the id of a parameter must be its index",
-        );
+        Mistake::parameter(place, parameter.name)
+            .at(parameter.origin)
+            .unless(
+                parameter.id.0 as usize == place,
+                "the id of a parameter must be its index",
+            );
+        let mistake = parameter.mistake();
         check(parameter);
         if parameter.data_type.is_wide() {
             check_wide(mistake, parameters.split_at(place).1);
@@ -55,7 +57,7 @@ pub const fn rows<const N: usize>(
             _ => 0,
         };
         let ranges = (*at(&places, place), count(parameter));
-        Mistake::Parameter(place, parameter.name).unless(
+        parameter.mistake().unless(
             ranges.0 + ranges.1 < 256,
             "the table has more than 255 ranges of permitted numbers",
         );
@@ -249,7 +251,7 @@ const fn is_upper(parameter: &Parameter, upper: &Parameter) -> bool {
 #[track_caller]
 const fn check(parameter: &Parameter) {
     let data_type = parameter.data_type;
-    let mistake = Mistake::Parameter(parameter.id.0 as usize, parameter.name);
+    let mistake = parameter.mistake();
     mistake.unless(data_type.size() > 0, "a parameter must be a number");
     mistake.unless(parameter.decimals < 10, TOO_FINE);
     mistake.unless(
@@ -329,7 +331,7 @@ pub(crate) const fn permits(parameter: &Parameter, value: u32) -> bool {
 #[track_caller]
 const fn check_constraints(parameters: &[Parameter], constraints: &[Constraint]) {
     each!(place, constraint in constraints => {
-        let mistake = Mistake::Row("constraint", place);
+        let mistake = Mistake::row("constraint", place);
         let fulfilled = match *constraint {
             Constraint::Different(one, other) => {
                 constrained(mistake, parameters, one).factory
@@ -412,7 +414,7 @@ pub(crate) const fn highest(parameter: &Parameter) -> u32 {
 #[track_caller]
 pub(crate) const fn check_quantities(quantities: &[Quantity], capacity: usize) {
     each!(place, quantity in quantities => {
-        let mistake = Mistake::Row("quantity", place);
+        let mistake = Mistake::row("quantity", place).at(quantity.origin);
         mistake.unless(
             quantity.id.0 as usize == place,
             "the id of a quantity must be its index",

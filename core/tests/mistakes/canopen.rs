@@ -48,7 +48,7 @@ impl Product for Mast {
     type Consumers = Absent;
     type Block = Absent;
     const OBJECTS: &'static [Object] = plumbline::objects![
-        [profile::device_type(0x0001_019A), profile::ERROR_REGISTER],
+        [profile::device_type(0x0001_019A), profile::error_register()],
         profile::error_history(2),
         profile::store(5),
         [profile::service(

@@ -1,19 +1,21 @@
 //! A product with DeviceNet without mistakes. The tests replace one text of this file and compile it.
 
 use plumbline::can::BitRate;
-use plumbline::devicenet::{
-    Assembly, Attribute, Identity, Object, Own, Product, Roles, Source,
-};
+use plumbline::devicenet::{Assembly, Attribute, Identity, Object, Own, Product, Roles, Source};
 use plumbline::param::{Permitted, Persistence};
 use plumbline::prelude::*;
 
-include!(concat!(env!("CARGO_MANIFEST_DIR"), "/tests/mistakes/idle.rs"));
+include!(concat!(
+    env!("CARGO_MANIFEST_DIR"),
+    "/tests/mistakes/idle.rs"
+));
 
 plumbline::ids! { pub ParameterId: MAC_ID, BAUD_RATE, BUS_OFF, POLLED, CYCLIC, DELTA, LIMIT }
 plumbline::ids! { pub ValueId: SLOPE, FINE }
 
 pub struct Mast;
 
+#[track_caller]
 const fn byte(id: ParameterId, name: &'static str, low: i64, high: i64) -> Parameter {
     Parameter {
         persistence: Persistence::AtOnce,
@@ -48,15 +50,14 @@ impl Application for Slope {
     idle!();
 }
 
-const fn attribute(number: u8, source: Source, settable: bool) -> Attribute {
-    Attribute {
-        number,
-        name: "attribute",
-        help: "",
-        source,
-        settable,
-    }
-}
+const COARSE: &[Attribute] = &[
+    Attribute::new(0x01, "Number", Source::Constant(DataType::U8, 4)),
+    Attribute::new(0x71, "Limit", Source::Parameter(LIMIT)).settable(),
+    Attribute::new(0x72, "Slope", Source::Value(SLOPE)),
+    Attribute::new(0x73, "Own", Source::Own(DataType::U8)),
+];
+
+const EXACT: Attribute = Attribute::new(0x01, "Fine", Source::Value(FINE));
 
 impl Product for Mast {
     type Application = Slope;
@@ -80,36 +81,13 @@ impl Product for Mast {
         cos_delta: DELTA,
     };
     const OBJECTS: &'static [Object] = &[
-        Object {
-            class: 0x65,
-            name: "Slope",
-            revision: 1,
-            attributes: &[
-                attribute(0x01, Source::Constant(DataType::U8, 4), false),
-                attribute(0x71, Source::Parameter(LIMIT), true),
-                attribute(0x72, Source::Value(SLOPE), false),
-                attribute(0x73, Source::Own(DataType::U8), false),
-            ],
-        },
-        Object {
-            class: 0x66,
-            name: "Fine",
-            revision: 1,
-            attributes: &[attribute(0x01, Source::Value(FINE), false)],
-        },
+        Object::new(0x65, "Slope", COARSE),
+        Object::new(0x66, "Fine", &[EXACT]),
     ];
     const OWN: &'static [Own<Slope>] = &[Own::read_only(0x65, 0x73, |_| 1)];
     const ASSEMBLIES: &'static [Assembly] = &[
-        Assembly {
-            instance: 1,
-            name: "Slope",
-            words: &[SLOPE],
-        },
-        Assembly {
-            instance: 2,
-            name: "Twice",
-            words: &[SLOPE, SLOPE],
-        },
+        Assembly::new(1, "Slope", &[SLOPE]),
+        Assembly::new(2, "Twice", &[SLOPE, SLOPE]),
     ];
     const IMAGE: ImageId = ImageId::new(0x7003);
     plumbline::project!(attributes);

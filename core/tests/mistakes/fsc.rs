@@ -6,7 +6,10 @@ use plumbline::fsc::{Article, Condition, Own, Product, StatusBit};
 use plumbline::node::{ErrorPatterns, Pattern};
 use plumbline::prelude::*;
 
-include!(concat!(env!("CARGO_MANIFEST_DIR"), "/tests/mistakes/idle.rs"));
+include!(concat!(
+    env!("CARGO_MANIFEST_DIR"),
+    "/tests/mistakes/idle.rs"
+));
 
 plumbline::ids! { pub ParameterId:
     SET_ID, REPLY_ID, SYNC_ID, BIT_RATE, RECOVERY, CYCLIC_TIME, CYCLIC_MODE, ZERO, LIMIT, TOTAL(2),
@@ -15,6 +18,7 @@ plumbline::ids! { pub ValueId: SLOPE, FINE }
 
 pub struct Mast;
 
+#[track_caller]
 const fn identifier(id: ParameterId, name: &'static str, factory: i32) -> Parameter {
     Parameter::new(id, name, DataType::U32).within(1, 0x7FF, factory)
 }
@@ -56,23 +60,6 @@ impl Application for Slope {
     idle!();
 }
 
-const fn function(code: u8, name: &'static str, operation: Operation) -> Function {
-    Function {
-        code,
-        name,
-        operation,
-        signature: b"",
-        reply: &[],
-    }
-}
-
-const fn bit(condition: Condition) -> StatusBit {
-    StatusBit {
-        name: "",
-        condition,
-    }
-}
-
 impl Product for Mast {
     type Application = Slope;
 
@@ -87,58 +74,34 @@ impl Product for Mast {
         cyclic_mode: CYCLIC_MODE,
     };
     const ACCESS: &'static [Access] = &[
-        Access {
-            read: 0x10,
-            write: 0x20,
-            name: "Set-ID",
-            parameters: &[SET_ID],
-        },
-        Access {
-            read: 0x18,
-            write: 0x28,
-            name: "Zero and limit",
-            parameters: &[ZERO, LIMIT],
-        },
+        Access::new(0x10, 0x20, "Set-ID", &[SET_ID]),
+        Access::new(0x18, 0x28, "Zero and limit", &[ZERO, LIMIT]),
     ];
     const FUNCTIONS: &'static [Function] = &[
-        Function {
-            reply: &[
-                Field::described(Source::Value(SLOPE)),
-                Field::described(Source::Counter),
-            ],
-            ..function(0x00, "Inclination", Operation::Inclination)
-        },
-        Function {
-            reply: &[Field::described(Source::SerialNumber)],
-            ..function(0x04, "Serial number", Operation::Read)
-        },
-        Function {
-            signature: b"LOAD",
-            ..function(0x40, "Load", Operation::Load)
-        },
-        Function {
-            signature: b"SAVE",
-            ..function(0x50, "Save", Operation::Save)
-        },
-        function(0x60, "Own", Operation::Own),
-        Function {
-            signature: b"RESET",
-            ..function(0xFF, "Alive", Operation::Alive)
-        },
+        Function::new(0x00, "Inclination", Operation::Inclination).replying(&[
+            Field::described(Source::Value(SLOPE)),
+            Field::described(Source::Counter),
+        ]),
+        Function::new(0x04, "Serial number", Operation::Read)
+            .replying(&[Field::described(Source::SerialNumber)]),
+        Function::new(0x40, "Load", Operation::Load).signed(b"LOAD"),
+        Function::new(0x50, "Save", Operation::Save).signed(b"SAVE"),
+        Function::new(0x60, "Own", Operation::Own),
+        Function::new(0xFF, "Alive", Operation::Alive).signed(b"RESET"),
     ];
     const OWN: &'static [Own<Slope>] = &[Own {
         code: 0x60,
         serve: |_, _| None,
     }];
     const STATUS: [StatusBit; 8] = [
-        bit(Condition::DefaultParam),
-        bit(Condition::AutobaudDetection),
-        bit(Condition::EepromError),
-        bit(Condition::CmdParamError),
-        bit(Condition::Fault(Faults::X)),
-        bit(Condition::Fault(Faults::Y)),
-        bit(Condition::Never),
-        bit(Condition::Never),
+        StatusBit::new("", Condition::DefaultParam),
+        StatusBit::new("", Condition::AutobaudDetection),
+        StatusBit::new("", Condition::EepromError),
+        StatusBit::new("", Condition::CmdParamError),
+        StatusBit::new("", Condition::Fault(Faults::X)),
+        StatusBit::new("", Condition::Fault(Faults::Y)),
+        StatusBit::new("", Condition::Never),
+        StatusBit::new("", Condition::Never),
     ];
     const LEDS: LedTable = LedTable {
         detecting: Pattern::Flickering,

@@ -6,7 +6,10 @@ use plumbline::j1939::{Product, Sent, Timer};
 use plumbline::param::Setting;
 use plumbline::prelude::*;
 
-include!(concat!(env!("CARGO_MANIFEST_DIR"), "/tests/mistakes/idle.rs"));
+include!(concat!(
+    env!("CARGO_MANIFEST_DIR"),
+    "/tests/mistakes/idle.rs"
+));
 
 plumbline::ids! { pub ParameterId: ADDRESS, RATE, PRIORITY, MANUFACTURER }
 plumbline::ids! { pub ValueId: SLOPE }
@@ -43,22 +46,19 @@ const fn sent(pgn: u32, rate: Setting) -> Sent<Slope> {
     }
 }
 
-const fn signal(name: &'static str, spn: u32, start: u8, bits: u8, contents: Contents) -> Signal {
-    Signal {
-        name,
-        spn,
-        start,
-        bits,
-        contents,
-    }
-}
-
 const PITCH: Contents = Contents::Value {
     source: Source::Pitch,
     resolution: (1, 500),
     offset: -64,
     unit: "deg",
 };
+
+const ANGLE: &[Signal] = &[
+    Signal::new("Slope", 3318, 0, 16, PITCH),
+    Signal::new("Quality", 3323, 48, 2, Contents::Merit(Source::Pitch)),
+];
+
+const AGE: &[Signal] = &[Signal::new("Latency", 3327, 56, 8, Contents::Latency)];
 
 impl Product for Mast {
     type Application = Slope;
@@ -68,19 +68,8 @@ impl Product for Mast {
         sent(0xFF21, Setting::Constant(1000)),
     ];
     const GROUPS: &'static [Group] = &[
-        Group {
-            name: "SLOPE",
-            pgn: 0xFF20,
-            signals: &[
-                signal("Slope", 3318, 0, 16, PITCH),
-                signal("Quality", 3323, 48, 2, Contents::Merit(Source::Pitch)),
-            ],
-        },
-        Group {
-            name: "AGE",
-            pgn: 0xFF21,
-            signals: &[signal("Latency", 3327, 56, 8, Contents::Latency)],
-        },
+        Group::new("SLOPE", 0xFF20, ANGLE),
+        Group::new("AGE", 0xFF21, AGE),
     ];
     const ADDRESS: ParameterId = ADDRESS;
     const NAME: [Setting; 8] = [

@@ -103,30 +103,6 @@ impl Application for Level {
     }
 }
 
-const fn access(read: u8, write: u8, parameters: &'static [ParameterId]) -> Access {
-    Access {
-        read,
-        write,
-        name: "",
-        parameters,
-    }
-}
-
-const fn function(
-    code: u8,
-    operation: Operation,
-    signature: &'static [u8],
-    reply: &'static [Field],
-) -> Function {
-    Function {
-        code,
-        name: "",
-        operation,
-        signature,
-        reply,
-    }
-}
-
 impl fsc::Product for Both {
     type Application = Level;
 
@@ -141,40 +117,31 @@ impl fsc::Product for Both {
         cyclic_mode: id::CYCLIC_MODE,
     };
     const ACCESS: &'static [Access] = &[
-        access(0x18, 0x28, &[id::ZERO]),
-        access(0x19, 0x29, &[id::LIMIT]),
+        Access::new(0x18, 0x28, "", &[id::ZERO]),
+        Access::new(0x19, 0x29, "", &[id::LIMIT]),
     ];
     const FUNCTIONS: &'static [Function] = &[
-        function(
-            0x00,
-            Operation::Inclination,
-            b"",
-            &[Field::described(Source::Value(SLOPE))],
-        ),
-        function(0x40, Operation::Load, b"LOAD", &[]),
-        function(0x50, Operation::Save, b"SAVE", &[]),
-        function(0x60, Operation::Own, b"", &[]),
-        function(0xFF, Operation::Alive, b"RESET", &[]),
+        Function::new(0x00, "", Operation::Inclination)
+            .replying(&[Field::described(Source::Value(SLOPE))]),
+        Function::new(0x40, "", Operation::Load).signed(b"LOAD"),
+        Function::new(0x50, "", Operation::Save).signed(b"SAVE"),
+        Function::new(0x60, "", Operation::Own),
+        Function::new(0xFF, "", Operation::Alive).signed(b"RESET"),
     ];
     const OWN: &'static [fsc::Own<Level>] = &[fsc::Own {
         code: 0x60,
         serve: show,
     }];
-    const STATUS: [StatusBit; 8] = {
-        const fn bit(name: &'static str, condition: Condition) -> StatusBit {
-            StatusBit { name, condition }
-        }
-        [
-            bit("DefaultParam", Condition::DefaultParam),
-            bit("AutobaudDetection", Condition::AutobaudDetection),
-            bit("EEPROMError", Condition::EepromError),
-            bit("CmdParamError", Condition::CmdParamError),
-            bit("SensorError", Condition::Fault(Faults::X)),
-            bit("", Condition::Never),
-            bit("", Condition::Never),
-            bit("", Condition::Never),
-        ]
-    };
+    const STATUS: [StatusBit; 8] = [
+        StatusBit::new("DefaultParam", Condition::DefaultParam),
+        StatusBit::new("AutobaudDetection", Condition::AutobaudDetection),
+        StatusBit::new("EEPROMError", Condition::EepromError),
+        StatusBit::new("CmdParamError", Condition::CmdParamError),
+        StatusBit::new("SensorError", Condition::Fault(Faults::X)),
+        StatusBit::new("", Condition::Never),
+        StatusBit::new("", Condition::Never),
+        StatusBit::new("", Condition::Never),
+    ];
     const LEDS: LedTable = LedTable {
         detecting: Pattern::Flickering,
         normal: Pattern::On,
@@ -196,7 +163,7 @@ impl canopen::Product for Both {
     type State = ();
 
     const OBJECTS: &'static [Object] = plumbline::objects![
-        [profile::device_type(0x0001_019A), profile::ERROR_REGISTER],
+        [profile::device_type(0x0001_019A), profile::error_register()],
         profile::error_history(4),
         profile::identity(0, 0, 0),
         profile::tpdo(0, "Slope", id::TPDO),

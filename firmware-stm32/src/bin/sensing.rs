@@ -97,7 +97,7 @@ impl Product for Sensing {
     type Block = Absent;
     type State = ();
     const OBJECTS: &'static [Object] = plumbline::objects![
-        [profile::device_type(0), profile::ERROR_REGISTER],
+        [profile::device_type(0), profile::error_register()],
         profile::error_history(4),
         profile::identity(0, 0, 0),
         profile::tpdo(0, "Measured", TPDO),

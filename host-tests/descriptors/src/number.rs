@@ -144,7 +144,7 @@ mod tests {
                 permitted,
                 meanings: &[(3, "three"), (1, "one")],
                 data_type: DataType::I8,
-                ..Parameter::PLAIN
+                ..Parameter::plain()
             })
         };
         assert_eq!(of(Permitted::Any), (-128, 127));
@@ -165,7 +165,7 @@ mod tests {
         fn permitted_of(permitted: Permitted) -> String {
             super::permitted(&Parameter {
                 permitted,
-                ..Parameter::PLAIN
+                ..Parameter::plain()
             })
         }
         assert_eq!(of(Permitted::Named), "");

@@ -74,7 +74,7 @@ impl Product for Mast {
     type State = ();
     type Consumers = Absent;
     const OBJECTS: &'static [Object] = plumbline::objects![
-        [profile::device_type(0x0001_019A), profile::ERROR_REGISTER],
+        [profile::device_type(0x0001_019A), profile::error_register()],
         profile::error_history(4),
         [profile::text(0x1008, "Device name", "MAST")],
         profile::identity(0, 0, 0),

@@ -1,6 +1,6 @@
 //! Checks of the groups of stored parameters (1010h, 1011h).
 
-use super::{Mistake, Object, Parameter, ParameterId, Service, Target, object_at};
+use super::{Mistake, Object, Parameter, ParameterId, Service, Target, mistake_at, object_at};
 use crate::canopen::ranges::{MAKER, indices};
 use crate::param::Persistence;
 use crate::walk::{at, each};
@@ -12,34 +12,34 @@ pub(super) const fn check(objects: &[Object], groups: &[(u16, u16)], parameters:
         let Object { index, sub, .. } = *object;
         if let Target::Service(Service::StoreGroup | Service::RestoreGroup) = object.target {
             let is_group = sub == 1 || indices(groups, sub).is_some();
-            Mistake::Object(index, sub).unless(
+            mistake_at(objects, index, sub).unless(
                 matches!(index, 0x1010 | 0x1011) && is_group,
                 "there is no group of parameters for this sub-index",
             );
-            Mistake::Object(index, 1).unless(
+            mistake_at(objects, index, 1).unless(
                 object_at(objects, index, 1).is_some(),
                 "an object with groups has sub-index 1, all parameters",
             );
         }
     });
     each!(place, (first, last) in groups => {
-        Mistake::Row("GROUPS", place).unless(
+        Mistake::row("GROUPS", place).unless(
             *first <= *last && *first >= 0x2000 && *last < 0x6000,
             "a manufacturer-specific index is 2000h to 5FFFh",
         );
         each!((other, end) in groups.split_at(place).0 => {
-            Mistake::Row("GROUPS", place).unless(
+            Mistake::row("GROUPS", place).unless(
                 *last < *other || *end < *first,
                 "another group has some of these indices",
             );
         });
         let sub = MAKER as usize + place;
-        Mistake::Row("GROUPS", place).unless(
+        Mistake::row("GROUPS", place).unless(
             place == 0 || is_service(objects, 0x1010, sub) || is_service(objects, 0x1011, sub),
             "neither 1010h nor 1011h has a sub-index for this group",
         );
         // The hidden parameters are in the first group.
-        Mistake::Row("GROUPS", place).unless(
+        Mistake::row("GROUPS", place).unless(
             place == 0 || has_stored(objects, (*first, *last), parameters),
             "no object of this group is a stored parameter",
         );
@@ -58,7 +58,7 @@ const fn check_all(objects: &[Object], groups: &[(u16, u16)], parameters: &[Para
             each!((first, last) in groups => {
                 found |= *first <= object.index && object.index <= *last;
             });
-            Mistake::Object(object.index, object.sub)
+            object.mistake()
                 .unless(found, "no group in `GROUPS` has this stored parameter");
         }
     });

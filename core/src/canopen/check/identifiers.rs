@@ -11,7 +11,7 @@ use crate::walk::{at, each};
 #[track_caller]
 pub(super) const fn check(objects: &[Object], parameters: &[Parameter]) {
     each!(object in objects => {
-        let mistake = Mistake::Object(object.index, object.sub);
+        let mistake = object.mistake();
         match object.target {
             Target::Parameter(id) if object.index == 0x1005 => {
                 mistake.unless(
@@ -84,20 +84,21 @@ pub(super) const fn check_node_id(parameters: &[Parameter], id: ParameterId, lss
         Permitted::Ranges(ranges) => ranges.contain(UNCONFIGURED as u32),
         _ => false,
     };
-    Mistake::Parameter(id.0 as usize, parameter.name).unless(
+    parameter.mistake().unless(
         permits_none || !lss,
         "a product with LSS permits the node-ID 255",
     );
     check_stored(parameter, lss);
     let factory = parameter.factory;
-    Mistake::Parameter(id.0 as usize, parameter.name).unless(
+    parameter.mistake().unless(
         is_node_id(factory, lss),
         "the factory value is not a node-ID",
     );
     let mut number = 0;
     while number <= u8::MAX as u32 {
         if permits(parameter, number) && !is_node_id(number, lss) {
-            Mistake::Parameter(id.0 as usize, parameter.name)
+            parameter
+                .mistake()
                 .text("it permits ")
                 .number(number)
                 .text(", which is not a node-ID")
@@ -115,7 +116,7 @@ const fn is_node_id(number: u32, lss: bool) -> bool {
 /// Checks that store configuration of LSS can store a parameter.
 #[track_caller]
 pub(super) const fn check_stored(parameter: &Parameter, lss: bool) {
-    Mistake::Parameter(parameter.id.0 as usize, parameter.name).unless(
+    parameter.mistake().unless(
         !lss || !matches!(parameter.persistence, Persistence::Volatile),
         "a product with LSS stores node-ID and bit rate",
     );
@@ -133,7 +134,7 @@ pub(super) const fn check_lss_rates(
             if let Some(rate) = rate
                 && !is_permitted(*rate, codes, parameter)
             {
-                Mistake::Row("LSS_TABLES", place)
+                Mistake::row("LSS_TABLES", place)
                     .text("the product does not permit the bit rate at index ")
                     .number(index as u32)
                     .text(", ")
@@ -163,25 +164,25 @@ pub(super) const fn check_bit_rate(
     codes: &[(u32, BitRate)],
 ) {
     let parameter = parameter(parameters, id, "BIT_RATE");
-    let place = id.0 as usize;
-    check_code(place, parameter, parameter.factory, codes);
+    check_code(parameter, parameter.factory, codes);
     match parameter.permitted {
         Permitted::OneOf(numbers) => {
-            each!(number in numbers => { check_code(place, parameter, *number, codes) });
+            each!(number in numbers => { check_code(parameter, *number, codes) });
         }
         Permitted::Named => {
             each!((number, _) in parameter.meanings => {
-                check_code(place, parameter, *number, codes);
+                check_code(parameter, *number, codes);
             });
         }
         Permitted::Range(low, high) => {
             let mut number = low;
             while number <= high {
-                check_code(place, parameter, number as u32, codes);
+                check_code(parameter, number as u32, codes);
                 number += 1;
             }
         }
-        Permitted::Any | Permitted::Ranges(_) => Mistake::Parameter(place, parameter.name)
+        Permitted::Any | Permitted::Ranges(_) => parameter
+            .mistake()
             .text("the bit rate permits numbers without a bit rate")
             .fail(),
     }
@@ -189,13 +190,14 @@ pub(super) const fn check_bit_rate(
 
 /// Checks that a number of the bit rate parameter has a bit rate.
 #[track_caller]
-const fn check_code(place: usize, parameter: &Parameter, number: u32, codes: &[(u32, BitRate)]) {
+const fn check_code(parameter: &Parameter, number: u32, codes: &[(u32, BitRate)]) {
     each!((code, _) in codes => {
         if *code == number {
             return;
         }
     });
-    Mistake::Parameter(place, parameter.name)
+    parameter
+        .mistake()
         .text("BIT_RATES has no bit rate for the permitted number ")
         .number(number)
         .fail();

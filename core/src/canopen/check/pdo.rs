@@ -1,6 +1,6 @@
 //! Checks of the TPDOs and their mapping.
 
-use super::{DataType, Mistake, Object, Parameter, Quantity, Target, Tpdos, object_at};
+use super::{DataType, Mistake, Object, Parameter, Quantity, Target, Tpdos, mistake_at, object_at};
 use crate::walk::{at, each};
 
 /// The maximum number of bytes in a TPDO. Each byte can be an object.
@@ -25,11 +25,11 @@ pub(super) const fn check_tpdos<T: Tpdos>(
         let communication = object_at(objects, 0x1800 + number, 1).is_some();
         let mapping = object_at(objects, 0x1A00 + number, 0).is_some();
         let has = (number as usize) < T::COUNT;
-        Mistake::Object(0x1800 + number, 1).unless(
+        mistake_at(objects, 0x1800 + number, 1).unless(
             communication == has,
             "the number of TPDOs is not that of the dictionary",
         );
-        Mistake::Object(0x1A00 + number, 0).unless(
+        mistake_at(objects, 0x1A00 + number, 0).unless(
             mapping == has,
             "the number of TPDOs is not that of the dictionary",
         );
@@ -55,7 +55,7 @@ const fn check_settings(
 ) {
     each!((sub, data_type) in &SETTINGS => {
         if let Some(object) = object_at(objects, index, *sub) {
-            let mistake = Mistake::Object(index, *sub);
+            let mistake = mistake_at(objects, index, *sub);
             mistake.unless(
                 matches!(
                     object.target,
@@ -86,20 +86,20 @@ const fn check_mapping<T: Tpdos>(
     let (mut bits, mut sub) = (0, 1);
     while let Some(entry) = object_at(objects, index, sub) {
         let Target::Constant(entry) = entry.target else {
-            Mistake::Object(index, sub)
+            mistake_at(objects, index, sub)
                 .text("a mapping entry must be a constant, unless `Tpdos` is `DynamicTpdos`")
                 .fail();
         };
         check_entry(objects, (index, sub), entry, parameters, quantities);
-        Mistake::Object(index, sub).unless(
+        mistake_at(objects, index, sub).unless(
             is_value(objects, entry),
             "a fixed mapping must consist of published values",
         );
         bits += entry & 0xFF;
         sub += 1;
     }
-    Mistake::Object(index, 0).unless(bits <= 64, "the mapped objects do not fit into a frame");
-    Mistake::Object(index, 0).unless(
+    mistake_at(objects, index, 0).unless(bits <= 64, "the mapped objects do not fit into a frame");
+    mistake_at(objects, index, 0).unless(
         sub as usize <= T::ENTRIES + 1,
         "more objects are mapped than the TPDO takes",
     );
@@ -136,7 +136,7 @@ const fn check_entry(
         }
         Some(_) => return,
     };
-    Mistake::Object(index, sub)
+    mistake_at(objects, index, sub)
         .text("the mapped object ")
         .hexadecimal(entry >> 16, 4)
         .text("h:")
@@ -157,21 +157,21 @@ const fn check_dynamic(
     quantities: &[Quantity],
 ) {
     let index = 0x1A00 + number;
-    Mistake::Item("Tpdos").unless(most <= BYTES, "a TPDO has at most 8 objects");
+    Mistake::item("Tpdos").unless(most <= BYTES, "a TPDO has at most 8 objects");
     let first = parameter_at(objects, index, 0);
     let mapped = at(parameters, first as usize).factory;
-    Mistake::Object(index, 0).unless(
+    mistake_at(objects, index, 0).unless(
         mapped as usize <= most,
         "more objects are mapped than the TPDO takes",
     );
-    Mistake::Object(index, most as u8 + 1).unless(
+    mistake_at(objects, index, most as u8 + 1).unless(
         object_at(objects, index, most as u8 + 1).is_none(),
         "the mapping has more entries than the TPDO takes",
     );
     let (mut bits, mut sub) = (0, 1);
     while sub as usize <= most {
         let id = parameter_at(objects, index, sub);
-        Mistake::Object(index, sub).unless(
+        mistake_at(objects, index, sub).unless(
             id == first + sub,
             "the parameters of a mapping must be consecutive",
         );
@@ -182,7 +182,7 @@ const fn check_dynamic(
         }
         sub += 1;
     }
-    Mistake::Object(index, 0).unless(bits <= 64, "the mapped objects do not fit into a frame");
+    mistake_at(objects, index, 0).unless(bits <= 64, "the mapped objects do not fit into a frame");
 }
 
 #[track_caller]
@@ -192,7 +192,7 @@ const fn parameter_at(objects: &[Object], index: u16, sub: u8) -> u8 {
             target: Target::Parameter(id),
             ..
         }) => id.0,
-        _ => Mistake::Object(index, sub)
+        _ => mistake_at(objects, index, sub)
             .text("a dynamic mapping must consist of parameters")
             .fail(),
     }

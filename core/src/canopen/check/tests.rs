@@ -289,7 +289,7 @@ fn object_of_missing_quantity_is_refused() {
 #[test]
 fn each_mandatory_object_is_required() {
     let objects = [
-        &[profile::device_type(1), profile::ERROR_REGISTER][..],
+        &[profile::device_type(1), profile::error_register()][..],
         &profile::identity(1, 2, 3)[..2],
     ]
     .concat();
@@ -302,7 +302,8 @@ fn each_mandatory_object_is_required() {
         let message = message.downcast_ref::<std::string::String>().unwrap();
         let expected =
             std::format!("object {index:04X}h:{sub:02X}: this object is mandatory in CiA 301");
-        assert_eq!(*message, expected);
+        // Another sub-index of the same object has a line.
+        assert!(message.ends_with(&expected), "{message}");
     }
 }
 
@@ -310,7 +311,7 @@ fn each_mandatory_object_is_required() {
 #[should_panic = "object 1017h:00: CiA 301 defines another data type for this object"]
 fn object_of_the_profile_with_another_type_is_refused() {
     let objects = [
-        &[profile::device_type(1), profile::ERROR_REGISTER][..],
+        &[profile::device_type(1), profile::error_register()][..],
         &[constant(0x1017, 0, "heartbeat", DataType::U8, 0)],
         &profile::identity(1, 2, 3),
     ]

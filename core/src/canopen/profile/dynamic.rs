@@ -21,6 +21,7 @@ const ENTRIES: [&str; 8] = [
 /// The stored communication parameter of a TPDO (180xh) as four parameters with ids from `first` on: COB-ID, transmission type
 /// without 0, inhibit time in 100 us, event timer in ms. The node-ID is added to the default COB-ID. Factory values: `cob_id`,
 /// 254, 0, 0 ms.
+#[track_caller]
 pub const fn stored_tpdo_communication(first: ParameterId, cob_id: u32) -> [Parameter; 4] {
     let ParameterId(first) = first;
     [
@@ -46,6 +47,7 @@ pub const fn stored_tpdo_communication(first: ParameterId, cob_id: u32) -> [Para
 
 /// The mapping of a TPDO (1A00h and following) as nine parameters with ids from `first` on: the number of mapped objects and eight
 /// entries. `factory` has the factory values of the entries.
+#[track_caller]
 pub const fn mapping_parameters(first: ParameterId, factory: &[u32]) -> [Parameter; 9] {
     let number = Parameter {
         factory: factory.len() as u32,
@@ -68,6 +70,7 @@ pub const fn mapping_parameters(first: ParameterId, factory: &[u32]) -> [Paramet
 }
 
 /// A COB-ID that a master can change.
+#[track_caller]
 pub const fn free_cob_id(index: u16, sub: u8, id: ParameterId) -> Object {
     Object {
         access: Access::Rw,
@@ -78,6 +81,7 @@ pub const fn free_cob_id(index: u16, sub: u8, id: ParameterId) -> Object {
 
 /// The communication parameter of TPDO `number` (from 0; 1800h and following) with a COB-ID that a master can change. `first` is the
 /// id of its first parameter.
+#[track_caller]
 pub const fn free_tpdo(number: u8, group: &'static str, first: ParameterId) -> [Object; 5] {
     let [highest, _, transmission_type, inhibit, event] = tpdo(number, group, first);
     let cob_id = free_cob_id(highest.index, 1, first);
@@ -86,6 +90,7 @@ pub const fn free_tpdo(number: u8, group: &'static str, first: ParameterId) -> [
 
 /// The dynamic mapping of TPDO `number` (from 0; 1A00h and following). `first` is the id of the parameter with the number of mapped
 /// objects; the entries follow.
+#[track_caller]
 pub const fn dynamic_mapping(number: u8, group: &'static str, first: ParameterId) -> [Object; 9] {
     let index = 0x1A00 + number as u16;
     let mut rows = [highest(index, group, DataType::U8, 0); 9];

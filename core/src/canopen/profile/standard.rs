@@ -1,8 +1,8 @@
 //! The objects of CiA 301 that most sensors have, as one table.
 
 use super::{
-    ERROR_REGISTER, SERVER_SDO, cob_id, device_type, emcy_cob_id, emcy_inhibit_time, error_history,
-    guard_time, heartbeat_time, highest, identity, life_time_factor, service, sync_cob_id, text,
+    cob_id, device_type, emcy_cob_id, emcy_inhibit_time, error_history, error_register, guard_time,
+    heartbeat_time, highest, identity, life_time_factor, server_sdo, service, sync_cob_id, text,
 };
 use crate::canopen::dictionary::{Access, Object, Service};
 use crate::mistake::Mistake;
@@ -36,13 +36,14 @@ pub const STANDARD: usize = 31;
 ///
 /// `plumbline::objects![profile::standard(&STANDARD), profile::tpdo(0, "TPDO 1", TPDO), ...]` is a whole dictionary. [`merge`] adds
 /// objects between these.
+#[track_caller]
 pub const fn standard(product: &Standard) -> [Object; STANDARD] {
     let [name, hardware, software] = product.names;
     let [vendor, code, revision] = product.identity;
     let ParameterId(first) = product.first;
     join(
         &[
-            &[device_type(product.device_type), ERROR_REGISTER],
+            &[device_type(product.device_type), error_register()],
             &error_history(product.errors),
             &[
                 Object::parameter(0x1005, 0, ParameterId(first)),
@@ -60,13 +61,14 @@ pub const fn standard(product: &Standard) -> [Object; STANDARD] {
                 Object::parameter(0x1017, 0, ParameterId(first + 5)),
             ],
             &identity(vendor, code, revision),
-            &SERVER_SDO,
+            &server_sdo(),
         ],
-        Object::PLAIN,
+        Object::plain(),
     )
 }
 
 /// The parameters of [`standard`], with ids from `first` on: 1005h, 100Ch, 100Dh, 1014h, 1015h and 1017h.
+#[track_caller]
 pub const fn standard_parameters(first: ParameterId) -> [Parameter; 6] {
     let ParameterId(first) = first;
     [
@@ -80,6 +82,7 @@ pub const fn standard_parameters(first: ParameterId) -> [Parameter; 6] {
 }
 
 /// Store parameters (1010h) in four groups; `last` is the highest sub-index.
+#[track_caller]
 pub const fn store(last: u8) -> [Object; 5] {
     groups(
         last,
@@ -96,6 +99,7 @@ pub const fn store(last: u8) -> [Object; 5] {
 }
 
 /// Restore default parameters (1011h) in four groups; `last` is the highest sub-index.
+#[track_caller]
 pub const fn restore(last: u8) -> [Object; 5] {
     groups(
         last,
@@ -111,6 +115,7 @@ pub const fn restore(last: u8) -> [Object; 5] {
     )
 }
 
+#[track_caller]
 const fn groups(
     last: u8,
     index: u16,
@@ -131,14 +136,14 @@ const fn groups(
 #[track_caller]
 pub const fn merge<const N: usize>(one: &[Object], other: &[Object]) -> [Object; N] {
     if one.len() + other.len() != N {
-        Mistake::Item("merge")
+        Mistake::item("merge")
             .text("the two tables have ")
             .number((one.len() + other.len()) as u32)
             .text(" rows together, `N` is ")
             .number(N as u32)
             .fail();
     }
-    let mut merged = [Object::PLAIN; N];
+    let mut merged = [Object::plain(); N];
     let (mut a, mut b) = (0, 0);
     while a + b < N {
         let takes_one = b == other.len() || (a < one.len() && is_before(at(one, a), at(other, b)));

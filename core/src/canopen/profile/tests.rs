@@ -120,11 +120,11 @@ fn objects_have_addresses_names_and_access_of_cia_301() {
     use DataType::{U8, U32};
     const MAPPING: [Object; 2] = mapping(1, "mapping", &[("slope", entry(0x6010, 2, 16))]);
     let objects = objects![
-        [device_type(0x1_0195), ERROR_REGISTER],
+        [device_type(0x1_0195), error_register()],
         error_history(4),
         [text(0x1008, "Name", "IS")],
         identity(1, 2, 3),
-        SERVER_SDO,
+        server_sdo(),
         MAPPING,
     ];
     let (error, identity) = ("Pre-defined error field", "Identity object");

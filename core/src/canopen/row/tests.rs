@@ -49,7 +49,7 @@ fn constant(index: u16, sub: u8) -> Object {
     Object {
         index,
         sub,
-        ..Object::PLAIN
+        ..Object::plain()
     }
 }
 
@@ -116,21 +116,21 @@ fn missing_object_and_missing_sub_index_have_their_own_abort_codes() {
             Object {
                 index: 0x1FFF,
                 sub: 3,
-                ..Object::PLAIN
+                ..Object::plain()
             },
             Object {
                 index: 0x2000,
                 sub: 1,
-                ..Object::PLAIN
+                ..Object::plain()
             },
             Object {
                 index: 0x2000,
                 sub: 3,
-                ..Object::PLAIN
+                ..Object::plain()
             },
             Object {
                 index: 0x2002,
-                ..Object::PLAIN
+                ..Object::plain()
             },
         ],
         &[],

@@ -10,21 +10,13 @@ const QUANTITIES: [Quantity; 1] = [Quantity::new(X, "", DataType::I16)];
 
 const fn attribute(number: u8, source: Source, settable: bool) -> Attribute {
     Attribute {
-        number,
-        name: "",
-        help: "",
-        source,
         settable,
+        ..Attribute::new(number, "", source)
     }
 }
 
 const fn object(class: u8, attributes: &'static [Attribute]) -> Object {
-    Object {
-        class,
-        name: "",
-        revision: 1,
-        attributes,
-    }
+    Object::new(class, "", attributes)
 }
 
 #[test]

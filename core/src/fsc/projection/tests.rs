@@ -2,21 +2,10 @@
 
 use super::*;
 
-const FUNCTION: Function = Function {
-    code: 0,
-    name: "",
-    operation: Operation::Alive,
-    signature: &[],
-    reply: &[],
-};
+const FUNCTION: Function = Function::new(0, "", Operation::Alive);
 
 const fn access(read: u8, write: u8) -> Access {
-    Access {
-        read,
-        write,
-        name: "",
-        parameters: &[ParameterId(0)],
-    }
+    Access::new(read, write, "", &[ParameterId(0)])
 }
 
 const ACCESS: &[Access] = &[access(0x12, 0x20), access(0x15, 0x05)];
@@ -149,15 +138,8 @@ fn row_knows_whether_it_has_several_fields_and_is_constrained() {
 fn source_is_unchanged_after_encode_and_decode() {
     for source in 0..=ACTIVE_SET_ID {
         let item = Item { source, size: 1 };
-        let parameters = [Parameter::PLAIN; 128];
-        let quantity = Quantity {
-            id: ValueId(0),
-            name: "",
-            data_type: crate::param::DataType::U8,
-            unit: "",
-            decimals: 0,
-            range: (0, 0),
-        };
+        let parameters = [Parameter::plain(); 128];
+        let quantity = Quantity::new(ValueId(0), "", crate::param::DataType::U8).within(0, 0);
         let again = Item::new(item.source(), &parameters, &[quantity; 128]);
         assert_eq!(again.source, source);
     }

@@ -15,27 +15,19 @@ pub const ANGLE_X: ValueId = ValueId(0);
 pub const ANGLE_Y: ValueId = ValueId(1);
 
 /// An angle of -90 to +90 deg (2-axis sensors).
+#[track_caller]
 pub(super) const fn signed_angle(id: ValueId, name: &'static str) -> Quantity {
-    Quantity {
-        id,
-        name,
-        data_type: DataType::I16,
-        unit: "deg",
-        decimals: 2,
-        range: (-90_00, 90_00),
-    }
+    Quantity::new(id, name, DataType::I16)
+        .in_unit("deg", 2)
+        .within(-90_00, 90_00)
 }
 
 /// An angle of 0 to 359.99 deg (1-axis sensors).
+#[track_caller]
 pub(super) const fn unsigned_angle(id: ValueId, name: &'static str) -> Quantity {
-    Quantity {
-        id,
-        name,
-        data_type: DataType::U16,
-        unit: "deg",
-        decimals: 2,
-        range: (0, 35_999),
-    }
+    Quantity::new(id, name, DataType::U16)
+        .in_unit("deg", 2)
+        .within(0, 35_999)
 }
 
 /// The parameters that the protocol uses.
@@ -50,42 +42,28 @@ pub(super) const ROLES: Roles = Roles {
     cyclic_mode: id::CYCLIC_MODE,
 };
 
-const fn access(
-    read: u8,
-    write: u8,
-    name: &'static str,
-    parameters: &'static [ParameterId],
-) -> Access {
-    Access {
-        read,
-        write,
-        name,
-        parameters,
-    }
-}
-
 /// The codes that read and write parameters. The second zero offset is the last row.
 const ACCESS: [Access; 10] = [
-    access(0x10, 0x20, "Set-Parameter-ID", &[id::SET_ID]),
-    access(0x11, 0x21, "Reply-Parameter-ID", &[id::REPLY_ID]),
-    access(0x12, 0x22, "Sync-ID", &[id::SYNC_ID]),
-    access(0x13, 0x23, "Baud Rate", &[id::BAUD_RATE]),
-    access(
+    Access::new(0x10, 0x20, "Set-Parameter-ID", &[id::SET_ID]),
+    Access::new(0x11, 0x21, "Reply-Parameter-ID", &[id::REPLY_ID]),
+    Access::new(0x12, 0x22, "Sync-ID", &[id::SYNC_ID]),
+    Access::new(0x13, 0x23, "Baud Rate", &[id::BAUD_RATE]),
+    Access::new(
         0x14,
         0x24,
         "Automatic Bus-Off Recovery",
         &[id::BUS_OFF_RECOVERY],
     ),
-    access(0x15, 0x25, "Cyclic Time", &[id::CYCLIC_TIME]),
-    access(0x16, 0x26, "Cyclic Mode", &[id::CYCLIC_MODE]),
-    access(
+    Access::new(0x15, 0x25, "Cyclic Time", &[id::CYCLIC_TIME]),
+    Access::new(0x16, 0x26, "Cyclic Mode", &[id::CYCLIC_MODE]),
+    Access::new(
         0x17,
         0x27,
         "Cut-off Frequency and Filter Type",
         &[id::CUT_OFF, id::FILTER_TYPE],
     ),
-    access(0x18, 0x28, "Zero Offset X", &[id::ZERO_X]),
-    access(0x19, 0x29, "Zero Offset Y", &[id::ZERO_Y]),
+    Access::new(0x18, 0x28, "Zero Offset X", &[id::ZERO_X]),
+    Access::new(0x19, 0x29, "Zero Offset Y", &[id::ZERO_Y]),
 ];
 
 /// The codes of a 2-axis sensor.
@@ -107,75 +85,37 @@ const fn named(source: Source, name: &'static str) -> Field {
 
 /// The functions that do not access parameters. `inclination` is the reply to 00h.
 const fn functions(inclination: &'static [Field]) -> [Function; 7] {
-    const READ: Function = Function {
-        code: 0,
-        name: "",
-        operation: Operation::Read,
-        signature: &[],
-        reply: &[],
-    };
     [
-        Function {
-            code: 0x00,
-            name: "Inclination",
-            operation: Operation::Inclination,
-            reply: inclination,
-            ..READ
-        },
-        Function {
-            code: 0x02,
-            name: "Status",
-            operation: Operation::ReadStatus,
-            ..READ
-        },
-        Function {
-            code: 0x03,
-            name: "Product Number and Revision",
-            reply: const {
+        Function::new(0x00, "Inclination", Operation::Inclination).replying(inclination),
+        Function::new(0x02, "Status", Operation::ReadStatus),
+        Function::new(0x03, "Product Number and Revision", Operation::Read).replying(
+            const {
                 &[
                     named(Source::ProductNumber, "Product Number"),
                     named(Source::Revision, "Revision"),
                 ]
             },
-            ..READ
-        },
-        Function {
-            code: 0x04,
-            name: "Serial Number and Software Version",
-            reply: const {
+        ),
+        Function::new(0x04, "Serial Number and Software Version", Operation::Read).replying(
+            const {
                 &[
                     named(Source::SerialNumber, "Serial Number"),
                     named(Source::SoftwareVersion, "Software Version"),
                 ]
             },
-            ..READ
-        },
-        Function {
-            code: 0x40,
-            name: "Load Defaults",
-            operation: Operation::Load,
-            signature: b"LOAD",
-            ..READ
-        },
-        Function {
-            code: 0x50,
-            name: "Save",
-            operation: Operation::Save,
-            signature: b"SAVE",
-            ..READ
-        },
-        Function {
-            code: 0xFF,
-            name: "Alive or Reset",
-            operation: Operation::Alive,
-            signature: b"RESET",
-            reply: const {
-                &[
-                    named(Source::ActiveSetId, "Active Set-Parameter-ID"),
-                    named(Source::SoftwareVersion, "Alive Software Version"),
-                ]
-            },
-        },
+        ),
+        Function::new(0x40, "Load Defaults", Operation::Load).signed(b"LOAD"),
+        Function::new(0x50, "Save", Operation::Save).signed(b"SAVE"),
+        Function::new(0xFF, "Alive or Reset", Operation::Alive)
+            .signed(b"RESET")
+            .replying(
+                const {
+                    &[
+                        named(Source::ActiveSetId, "Active Set-Parameter-ID"),
+                        named(Source::SoftwareVersion, "Alive Software Version"),
+                    ]
+                },
+            ),
     ]
 }
 
@@ -192,33 +132,31 @@ pub(super) const FUNCTIONS_TWO_AXES: &[Function] = &functions(&[
     COUNTER,
 ]);
 
-const fn bit(name: &'static str, condition: Condition) -> StatusBit {
-    StatusBit { name, condition }
-}
-
 const fn status(x: StatusBit, y: StatusBit) -> [StatusBit; 8] {
     [
-        bit("DefaultParam", Condition::DefaultParam),
-        bit("AutobaudDetection", Condition::AutobaudDetection),
-        bit("EEPROMError", Condition::EepromError),
-        bit("CmdParamError", Condition::CmdParamError),
+        StatusBit::new("DefaultParam", Condition::DefaultParam),
+        StatusBit::new("AutobaudDetection", Condition::AutobaudDetection),
+        StatusBit::new("EEPROMError", Condition::EepromError),
+        StatusBit::new("CmdParamError", Condition::CmdParamError),
         x,
         y,
-        bit("AccuracyWarning", Condition::Fault(Faults::WARM_UP)),
+        StatusBit::new("AccuracyWarning", Condition::Fault(Faults::WARM_UP)),
         RESERVED,
     ]
 }
 
-const RESERVED: StatusBit = bit("", Condition::Never);
+const RESERVED: StatusBit = StatusBit::new("", Condition::Never);
 
 /// The status byte of a 1-axis sensor (table 14).
-pub(super) const STATUS_ONE_AXIS: [StatusBit; 8] =
-    status(bit("SensorError", Condition::Fault(Faults::X)), RESERVED);
+pub(super) const STATUS_ONE_AXIS: [StatusBit; 8] = status(
+    StatusBit::new("SensorError", Condition::Fault(Faults::X)),
+    RESERVED,
+);
 
 /// The status byte of a 2-axis sensor (table 15).
 pub(super) const STATUS_TWO_AXES: [StatusBit; 8] = status(
-    bit("SensorErrorX", Condition::Fault(Faults::X)),
-    bit("SensorErrorY", Condition::Fault(Faults::Y)),
+    StatusBit::new("SensorErrorX", Condition::Fault(Faults::X)),
+    StatusBit::new("SensorErrorY", Condition::Fault(Faults::Y)),
 );
 
 /// The status LEDs (table 12): the error LED flashes from the CAN warning limit on.

@@ -82,6 +82,7 @@ pub(super) const CONSTRAINTS: &[Constraint] = &[
     },
 ];
 
+#[track_caller]
 const fn identifier(id: ParameterId, name: &'static str, factory: u32) -> Parameter {
     Parameter {
         id,
@@ -89,7 +90,7 @@ const fn identifier(id: ParameterId, name: &'static str, factory: u32) -> Parame
         data_type: DataType::U32,
         permitted: Permitted::Ranges(&IDENTIFIERS),
         factory,
-        ..Parameter::PLAIN
+        ..Parameter::plain()
     }
 }
 
@@ -108,7 +109,7 @@ pub const BAUD_RATE: Parameter = Parameter {
     name: "Baud Rate",
     permitted: Permitted::Named,
     meanings: &BAUD_RATE_CODING.meanings(),
-    ..Parameter::PLAIN
+    ..Parameter::plain()
 };
 
 /// Automatic bus-off recovery. Factory value 0 (stays in bus-off).
@@ -117,7 +118,7 @@ pub const BUS_OFF_RECOVERY: Parameter = Parameter {
     name: "Automatic Bus-Off Recovery",
     permitted: Permitted::Named,
     meanings: &[(0, "stays in bus-off"), (1, "recovers")],
-    ..Parameter::PLAIN
+    ..Parameter::plain()
 };
 
 /// Cyclic time, 1 to 65535 ms. Factory value 250 ms.
@@ -128,7 +129,7 @@ pub const CYCLIC_TIME: Parameter = Parameter {
     unit: "ms",
     permitted: Permitted::Range(1, 65_535),
     factory: 250,
-    ..Parameter::PLAIN
+    ..Parameter::plain()
 };
 
 /// Cyclic mode. Factory value 0 (off).
@@ -137,7 +138,7 @@ pub const CYCLIC_MODE: Parameter = Parameter {
     name: "Cyclic Mode",
     permitted: Permitted::Named,
     meanings: &[(0, "off"), (1, "on")],
-    ..Parameter::PLAIN
+    ..Parameter::plain()
 };
 
 /// Cut-off frequency, 100 to 25000 mHz; at most 8000 mHz for the critically damped filter. Factory value 2000 mHz.
@@ -151,7 +152,7 @@ pub const CUT_OFF: Parameter = Parameter {
         *Kind::Butterworth.cutoffs().end() as i64,
     ),
     factory: 2000,
-    ..Parameter::PLAIN
+    ..Parameter::plain()
 };
 
 /// Filter type. Factory value 2 (critically damped).
@@ -161,7 +162,7 @@ pub const FILTER_TYPE: Parameter = Parameter {
     permitted: Permitted::Named,
     meanings: &FILTER_CODING.meanings(),
     factory: CRITICALLY_DAMPED as u32,
-    ..Parameter::PLAIN
+    ..Parameter::plain()
 };
 
 /// The parameters that all sensors have, in the order of their ids.
@@ -178,6 +179,7 @@ pub(super) const COMMON: [Parameter; 9] = [
 ];
 
 /// A zero offset of -90 to +90 deg (2-axis sensors).
+#[track_caller]
 pub(super) const fn signed_offset(id: ParameterId, name: &'static str) -> Parameter {
     Parameter {
         id,
@@ -186,11 +188,12 @@ pub(super) const fn signed_offset(id: ParameterId, name: &'static str) -> Parame
         unit: "deg",
         decimals: 2,
         permitted: Permitted::Range(-90_00, 90_00),
-        ..Parameter::PLAIN
+        ..Parameter::plain()
     }
 }
 
 /// A zero offset of 0 to 359.99 deg (1-axis sensors).
+#[track_caller]
 pub(super) const fn unsigned_offset(id: ParameterId, name: &'static str) -> Parameter {
     Parameter {
         id,
@@ -199,6 +202,6 @@ pub(super) const fn unsigned_offset(id: ParameterId, name: &'static str) -> Para
         unit: "deg",
         decimals: 2,
         permitted: Permitted::Range(0, 35_999),
-        ..Parameter::PLAIN
+        ..Parameter::plain()
     }
 }

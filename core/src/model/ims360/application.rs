@@ -318,14 +318,17 @@ fn zero(
     Ok(())
 }
 
+#[track_caller]
 const fn slope(id: ValueId, name: &'static str) -> Quantity {
     Quantity::new(id, name, DataType::I32).in_unit("deg", 2)
 }
 
+#[track_caller]
 const fn force(id: ValueId, name: &'static str, data_type: DataType) -> Quantity {
     Quantity::new(id, name, data_type).in_unit("g", 3)
 }
 
+#[track_caller]
 const fn rate(id: ValueId, name: &'static str, data_type: DataType) -> Quantity {
     let decimals = if data_type.size() == 4 { 3 } else { 1 };
     Quantity::new(id, name, data_type).in_unit("deg/s", decimals)

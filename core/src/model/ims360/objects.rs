@@ -6,11 +6,13 @@ use crate::canopen::dictionary::{Access, Command, Object, Service, Starts};
 use crate::canopen::profile::{self, constant, highest};
 use crate::param::{DataType, ParameterId, ValueId};
 
+#[track_caller]
 const fn parameter(index: u16, sub: u8, id: ParameterId) -> Object {
     Object::parameter(index, sub, id)
 }
 
 /// A parameter that can be mapped into a TPDO.
+#[track_caller]
 const fn mappable(index: u16, sub: u8, id: ParameterId) -> Object {
     Object {
         mappable: true,
@@ -19,6 +21,7 @@ const fn mappable(index: u16, sub: u8, id: ParameterId) -> Object {
 }
 
 /// Three values, for X, Y and Z, at the sub-indices 1 to 3.
+#[track_caller]
 const fn vector(index: u16, group: &'static str, ids: [ValueId; 3]) -> [Object; 4] {
     let [x, y, z] = ids;
     [
@@ -30,16 +33,19 @@ const fn vector(index: u16, group: &'static str, ids: [ValueId; 3]) -> [Object; 
 }
 
 /// 1010h: one command for each group of parameters.
+#[track_caller]
 const fn store(sub: u8, name: &'static str) -> Object {
     Object::own(0x1010, sub, name, DataType::U32, Access::Rw).in_place_of(Service::StoreGroup)
 }
 
 /// 1011h: one command for each group of parameters.
+#[track_caller]
 const fn restore(sub: u8, name: &'static str) -> Object {
     Object::own(0x1011, sub, name, DataType::U32, Access::Rw).in_place_of(Service::RestoreGroup)
 }
 
 /// A status byte without a meaning (3000h:02 to :05).
+#[track_caller]
 const fn status(sub: u8, name: &'static str) -> Object {
     constant(0x3000, sub, name, DataType::U8, 0)
 }
@@ -175,7 +181,7 @@ pub(super) const OBJECTS: &[Object] = crate::objects![
             access: Access::Ro,
             ..parameter(0x1000, 0, id::DEVICE_TYPE)
         },
-        profile::ERROR_REGISTER
+        profile::error_register()
     ],
     profile::error_history(super::HISTORY as u8),
     [

@@ -145,6 +145,7 @@ const PERIODS: Ranges = Ranges {
 };
 
 /// The transmission rate of a J1939 group.
+#[track_caller]
 const fn rate(place: usize, name: &'static str, factory: u32) -> Parameter {
     Parameter {
         unit: "ms",
@@ -155,11 +156,13 @@ const fn rate(place: usize, name: &'static str, factory: u32) -> Parameter {
 }
 
 /// The priority of a J1939 group.
+#[track_caller]
 const fn priority(place: usize, name: &'static str) -> Parameter {
     Parameter::new(*at(&id::J1939_PRIORITIES, place), name, DataType::U8).within(0, 7, 3)
 }
 
 /// A field of the J1939 NAME.
+#[track_caller]
 const fn field(place: usize, name: &'static str, high: i64, factory: i32) -> Parameter {
     Parameter::new(*at(&id::J1939_NAME, place), name, DataType::U8).within(0, high, factory)
 }
@@ -186,6 +189,7 @@ const J1939: [Parameter; 17] = [
 ];
 
 /// A parameter with named values.
+#[track_caller]
 const fn named(
     id: ParameterId,
     name: &'static str,
@@ -201,6 +205,7 @@ const fn named(
 }
 
 /// A mantissa or exponent of the Kalman filter.
+#[track_caller]
 const fn digit(
     id: ParameterId,
     name: &'static str,
@@ -216,8 +221,9 @@ const ERRORS: [&str; HISTORY] = [
 ];
 
 /// The parameters that keep the history (1003h).
+#[track_caller]
 const fn errors() -> [Parameter; HISTORY] {
-    let mut errors = [Parameter::PLAIN; HISTORY];
+    let mut errors = [Parameter::plain(); HISTORY];
     each!(place, name in &ERRORS => {
         let id = ParameterId(id::HISTORY.0 + place as u8);
         put(&mut errors, place, Parameter::new(id, name, DataType::U16));

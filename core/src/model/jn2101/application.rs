@@ -178,38 +178,15 @@ impl Application for Jn2101Application {
         slope(value::Y16, "Slope lateral16", DataType::I16),
         slope(value::X32, "Slope long32", DataType::I32),
         slope(value::Y32, "Slope lateral32", DataType::I32),
-        Quantity {
-            id: value::TEMPERATURE,
-            name: "MEMS temperature",
-            data_type: DataType::I32,
-            unit: "0.1 degC",
-            decimals: 0,
-            range: (i16::MIN as i64 / 10, i16::MAX as i64 / 10),
-        },
-        Quantity {
-            id: value::HEATING_POWER,
-            name: "Heating power",
-            data_type: DataType::U16,
-            unit: "mW",
-            decimals: 0,
-            range: (0, HEATER.full_power as i64),
-        },
-        Quantity {
-            id: value::SELF_TEST_ACTIVE,
-            name: "Activate self-test",
-            data_type: DataType::U8,
-            unit: "",
-            decimals: 0,
-            range: (0, 1),
-        },
-        Quantity {
-            id: value::SELF_TEST_RESULT,
-            name: "Self-test register",
-            data_type: DataType::U8,
-            unit: "",
-            decimals: 0,
-            range: (0, (X_WORKS | Y_WORKS) as i64),
-        },
+        Quantity::new(value::TEMPERATURE, "MEMS temperature", DataType::I32)
+            .in_unit("0.1 degC", 0)
+            .within(i16::MIN as i64 / 10, i16::MAX as i64 / 10),
+        Quantity::new(value::HEATING_POWER, "Heating power", DataType::U16)
+            .in_unit("mW", 0)
+            .within(0, HEATER.full_power as i64),
+        Quantity::new(value::SELF_TEST_ACTIVE, "Activate self-test", DataType::U8).within(0, 1),
+        Quantity::new(value::SELF_TEST_RESULT, "Self-test register", DataType::U8)
+            .within(0, (X_WORKS | Y_WORKS) as i64),
     ];
     const HEATER: Option<&'static Settings> = Some(&HEATER);
     const HAS_SELF_TEST: bool = true;
@@ -359,15 +336,9 @@ impl Application for Jn2101Application {
 }
 
 /// A slope in units of the resolution (6000h), 0.001 to 1 deg.
+#[track_caller]
 const fn slope(id: ValueId, name: &'static str, data_type: DataType) -> Quantity {
-    Quantity {
-        id,
-        name,
-        data_type,
-        unit: "0.001 deg x 6000h",
-        decimals: 0,
-        range: data_type.range(),
-    }
+    Quantity::new(id, name, data_type).in_unit("0.001 deg x 6000h", 0)
 }
 
 /// A number limited to 16 bits.

@@ -6,6 +6,7 @@ use crate::canopen::dictionary::{Access, Command, Object, Service, Starts, Targe
 use crate::canopen::profile::{self, constant, highest, service};
 use crate::param::{DataType, ParameterId};
 
+#[track_caller]
 const fn parameter(index: u16, id: ParameterId) -> Object {
     Object::parameter(index, 0, id)
 }
@@ -41,6 +42,7 @@ const MAPPING1: [Object; 3] = profile::mapping(
     ],
 );
 
+#[track_caller]
 const fn operating_parameter(index: u16, name: &'static str) -> Object {
     constant(index, 0, name, DataType::U8, 0)
 }
@@ -88,7 +90,7 @@ const APPLICATION: [Object; 26] = [
 
 /// All objects, sorted: the communication profile (manual 7.6), then the others.
 pub(super) const OBJECTS: &[Object] = crate::objects![
-    [profile::device_type(0x0004_019A), profile::ERROR_REGISTER],
+    [profile::device_type(0x0004_019A), profile::error_register()],
     profile::error_history_or_zero(super::HISTORY as u8),
     [
         parameter(0x1005, id::SYNC_COB_ID),
@@ -128,7 +130,7 @@ pub(super) const OBJECTS: &[Object] = crate::objects![
         },
         Object::parameter(0x1029, 1, id::ERROR_BEHAVIOUR),
     ],
-    profile::SERVER_SDO,
+    profile::server_sdo(),
     TPDO0,
     TPDO1,
     MAPPING0,

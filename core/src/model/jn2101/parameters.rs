@@ -111,6 +111,7 @@ pub(super) const RELATIVE: u32 = 1;
 pub(super) const ABSOLUTE: u32 = 2;
 
 /// A parameter with named values.
+#[track_caller]
 const fn named(
     id: ParameterId,
     name: &'static str,
@@ -123,18 +124,19 @@ const fn named(
         permitted: Permitted::Named,
         meanings,
         factory,
-        ..Parameter::PLAIN
+        ..Parameter::plain()
     }
 }
 
 /// A number that is stored with teach index or zero point.
+#[track_caller]
 const fn hidden(id: ParameterId, name: &'static str) -> Parameter {
     Parameter {
         id,
         name,
         data_type: DataType::U32,
         persistence: Persistence::AtOnce,
-        ..Parameter::PLAIN
+        ..Parameter::plain()
     }
 }
 
@@ -221,7 +223,7 @@ impl Table for Jn2101Product {
                 unit: "0.001 deg",
                 permitted: Permitted::OneOf(&[1, 10, 100, 1000]),
                 factory: 10,
-                ..Parameter::PLAIN
+                ..Parameter::plain()
             },
             hidden(id::ZERO_X, "Zero point X"),
             hidden(id::ZERO_Y, "Zero point Y"),
@@ -234,7 +236,7 @@ impl Table for Jn2101Product {
                 name: "Activate self-test",
                 permitted: Permitted::Range(0, 1),
                 persistence: Persistence::Volatile,
-                ..Parameter::PLAIN
+                ..Parameter::plain()
             }
         ],
     ];

@@ -113,7 +113,7 @@ impl Product {
     #[track_caller]
     pub const fn with_variants(self, variants: &'static [Variant]) -> Self {
         let Protocol::Canopen(tables) = self.protocol else {
-            Mistake::Item("with_variants")
+            Mistake::item("with_variants")
                 .text("only a product with CANopen has variants")
                 .fail();
         };

@@ -39,23 +39,23 @@ impl Guide {
     #[track_caller]
     pub(super) const fn check(&self, parameters: &[Parameter], quantities: &[Quantity]) {
         each!((id, name) in self.short_names => {
-            exists(Mistake::Item(name), parameters, *id);
+            exists(Mistake::item(name), parameters, *id);
         });
         each!((name, ids) in self.groups => {
-            each!(id in *ids => { exists(Mistake::Item(name), parameters, *id) });
+            each!(id in *ids => { exists(Mistake::item(name), parameters, *id) });
         });
-        each!(id in self.angles => { has_quantity(Mistake::Item("angles"), quantities, *id) });
+        each!(id in self.angles => { has_quantity(Mistake::item("angles"), quantities, *id) });
         if let Some(resolution) = &self.resolution {
-            let mistake = Mistake::Item("resolution");
+            let mistake = Mistake::item("resolution");
             exists(mistake, parameters, resolution.parameter);
             each!(id in resolution.parameters => { exists(mistake, parameters, *id) });
             each!(id in resolution.values => { has_quantity(mistake, quantities, *id) });
         }
         each!(place, adjustment in self.zero => {
-            adjustment.check(Mistake::Row("zero", place), parameters);
+            adjustment.check(Mistake::row("zero", place), parameters);
         });
         each!(place, adjustment in self.teach => {
-            adjustment.check(Mistake::Row("teach", place), parameters);
+            adjustment.check(Mistake::row("teach", place), parameters);
         });
     }
 }

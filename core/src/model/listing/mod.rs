@@ -97,12 +97,12 @@ impl Product {
         image: ImageId,
     ) -> Self {
         each!(letter in name.as_bytes() => {
-            Mistake::Item("name").unless(
+            Mistake::item("name").unless(
                 matches!(*letter, b'a'..=b'z' | b'0'..=b'9' | b'-' | b'_'),
                 "a short name has the characters a to z, 0 to 9, `-` and `_`",
             );
         });
-        Mistake::Item("name").unless(!name.is_empty(), "the product has no short name");
+        Mistake::item("name").unless(!name.is_empty(), "the product has no short name");
         check_line("maker", maker);
         Self {
             parameters: TableOf::<N>::PARAMETERS,
@@ -160,9 +160,9 @@ impl Product {
 /// Checks that a name fits into a line of a data sheet.
 #[track_caller]
 const fn check_line(item: &str, name: &str) {
-    Mistake::Item(item).unless(!name.is_empty(), "the name is empty");
+    Mistake::item(item).unless(!name.is_empty(), "the name is empty");
     each!(letter in name.as_bytes() => {
-        Mistake::Item(item).unless(
+        Mistake::item(item).unless(
             !letter.is_ascii_control(),
             "the name has a line break or another control character",
         );

@@ -266,6 +266,7 @@ fn preset<X: Axes>(
 }
 
 /// A quantity of this type. The sum of a 2-axis sensor is limited only by the word.
+#[track_caller]
 const fn quantity(id: ValueId, name: &'static str, data_type: DataType, range: Range) -> Quantity {
     let all = Quantity::new(id, name, data_type);
     match range {
@@ -277,10 +278,12 @@ const fn quantity(id: ValueId, name: &'static str, data_type: DataType, range: R
     }
 }
 
+#[track_caller]
 const fn slope(id: ValueId, name: &'static str, range: Range) -> Quantity {
     quantity(id, name, range.word(), range)
 }
 
+#[track_caller]
 const fn diagnostic(id: ValueId, name: &'static str, range: Range) -> Quantity {
     Quantity {
         unit: "0.01 deg",

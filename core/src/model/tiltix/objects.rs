@@ -24,21 +24,9 @@ pub(super) const ROLES: Roles = Roles {
 
 /// The input assemblies: the longitudinal slope, the lateral one, and both.
 pub(super) const ASSEMBLIES: &[Assembly] = &[
-    Assembly {
-        instance: 101,
-        name: "Slope long16",
-        words: &[value::SLOPE[0]],
-    },
-    Assembly {
-        instance: 102,
-        name: "Slope lateral16",
-        words: &[value::SLOPE[1]],
-    },
-    Assembly {
-        instance: 103,
-        name: "Slope long16, slope lateral16",
-        words: &value::SLOPE,
-    },
+    Assembly::new(101, "Slope long16", &[value::SLOPE[0]]),
+    Assembly::new(102, "Slope lateral16", &[value::SLOPE[1]]),
+    Assembly::new(103, "Slope long16, slope lateral16", &value::SLOPE),
 ];
 
 /// The identity of a model.
@@ -60,49 +48,47 @@ pub(super) const fn identity(
 }
 
 /// The object of the angles (class 65h) with these attributes.
+#[track_caller]
 pub(super) const fn angle(attributes: &'static [Attribute]) -> Object {
-    Object {
-        class: 0x65,
-        name: "Angle",
-        revision: 1,
-        attributes,
-    }
+    Object::new(0x65, "Angle", attributes)
 }
 
 /// A parameter; its name is that of the table.
+#[track_caller]
 const fn parameter<A: Application>(
     number: u8,
     ParameterId(id): ParameterId,
     help: &'static str,
 ) -> Attribute {
-    Attribute {
+    Attribute::new(
         number,
-        name: at(A::Table::PARAMETERS, id as usize).name,
-        help,
-        source: Source::Parameter(ParameterId(id)),
-        settable: true,
-    }
+        at(A::Table::PARAMETERS, id as usize).name,
+        Source::Parameter(ParameterId(id)),
+    )
+    .with_help(help)
+    .settable()
 }
 
 /// A published value; its name is that of the quantity.
+#[track_caller]
 const fn published<A: Application>(
     number: u8,
     ValueId(id): ValueId,
     help: &'static str,
 ) -> Attribute {
-    Attribute {
+    Attribute::new(
         number,
-        name: at(A::QUANTITIES, id as usize).name,
-        help,
-        source: Source::Value(ValueId(id)),
-        settable: false,
-    }
+        at(A::QUANTITIES, id as usize).name,
+        Source::Value(ValueId(id)),
+    )
+    .with_help(help)
 }
 
 /// The help text of a number whose unit is the resolution.
 const UNIT: &str = "In units of the resolution";
 
 /// The seven attributes of an axis, from the slope to the diagnostic slope.
+#[track_caller]
 const fn axis<A: Application>(first: u8, axis: usize) -> [Attribute; 7] {
     [
         published::<A>(first, *at(&value::SLOPE, axis), UNIT),
@@ -127,17 +113,16 @@ const fn axis<A: Application>(first: u8, axis: usize) -> [Attribute; 7] {
 }
 
 /// The attributes of the angle object.
+#[track_caller]
 pub(super) const fn attributes<A: Application>() -> [Attribute; COUNT] {
     let [x0, x1, x2, x3, x4, x5, x6] = axis::<A>(0x72, 0);
     let [y0, y1, y2, y3, y4, y5, y6] = axis::<A>(0x7A, 1);
     [
-        Attribute {
-            number: 1,
-            name: "Number of attributes",
-            help: "",
-            source: Source::Constant(DataType::U16, COUNT as u32),
-            settable: false,
-        },
+        Attribute::new(
+            1,
+            "Number of attributes",
+            Source::Constant(DataType::U16, COUNT as u32),
+        ),
         parameter::<A>(
             0x71,
             id::RESOLUTION,

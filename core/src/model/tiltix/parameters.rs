@@ -247,6 +247,7 @@ pub(super) fn set_resolution<T: Table>(range: Range, parameters: &mut Parameters
 }
 
 /// A byte that is stored when it is written.
+#[track_caller]
 const fn byte(id: ParameterId, name: &'static str, low: i64, high: i64, factory: i32) -> Parameter {
     Parameter {
         persistence: Persistence::AtOnce,
@@ -255,6 +256,7 @@ const fn byte(id: ParameterId, name: &'static str, low: i64, high: i64, factory:
 }
 
 /// A byte with named values.
+#[track_caller]
 const fn named(id: ParameterId, name: &'static str, meanings: &'static [Meaning]) -> Parameter {
     Parameter {
         permitted: Permitted::Named,
@@ -267,6 +269,7 @@ const fn named(id: ParameterId, name: &'static str, meanings: &'static [Meaning]
 const SWITCH: &[Meaning] = &[(0, "off"), (1, "on")];
 
 /// A parameter that contains the instance of an assembly.
+#[track_caller]
 const fn assembly(id: ParameterId, name: &'static str) -> Parameter {
     Parameter {
         factory: 103,
@@ -300,6 +303,7 @@ const LATERAL: Names = [
 ];
 
 /// An angle in the resolution, with its limits at the factory resolution.
+#[track_caller]
 const fn angle(id: ParameterId, name: &'static str, range: Range) -> Parameter {
     let (low, high) = range.limits();
     Parameter {
@@ -309,6 +313,7 @@ const fn angle(id: ParameterId, name: &'static str, range: Range) -> Parameter {
 }
 
 /// The parameters of an axis, except preset enable.
+#[track_caller]
 const fn axis(axis: usize, names: Names, range: Range) -> [Parameter; 4] {
     let [operating, preset, offset, differential] = names;
     [
@@ -335,6 +340,7 @@ const fn axis(axis: usize, names: Names, range: Range) -> [Parameter; 4] {
 }
 
 /// All parameters, in the order of the stored image.
+#[track_caller]
 pub(super) const fn parameters(range: Range) -> [Parameter; COUNT] {
     let [x0, x1, x2, x3] = axis(0, LONGITUDINAL, range);
     let [y0, y1, y2, y3] = axis(1, LATERAL, range);

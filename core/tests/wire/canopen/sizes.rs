@@ -71,7 +71,7 @@ macro_rules! product {
             type State = ();
 
             const OBJECTS: &'static [Object] = plumbline::objects![
-                [profile::device_type(0), profile::ERROR_REGISTER],
+                [profile::device_type(0), profile::error_register()],
                 profile::error_history(1),
                 profile::identity(0, 0, 0),
                 $(profile::tpdo($number, "TPDO", ParameterId(2 + 4 * $number)),)*

@@ -19,11 +19,7 @@ impl Product for Mast {
         priority: Setting::Constant(6),
         data: |_| [0xD2, 0x04, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF],
     }];
-    const GROUPS: &'static [Group] = &[Group {
-        name: "SLOPE",
-        pgn: 0xFF20,
-        signals: &[],
-    }];
+    const GROUPS: &'static [Group] = &[Group::new("SLOPE", 0xFF20, &[])];
     const ADDRESS: ParameterId = ADDRESS;
     const NAME: [Setting; 8] = [Setting::Constant(0); 8];
     const MAKE: &'static str = "Own";

@@ -74,7 +74,7 @@ impl Product for Mast {
     type Consumers = Absent;
     type Block = Absent;
     const OBJECTS: &'static [Object] = plumbline::objects![
-        [profile::device_type(0), profile::ERROR_REGISTER],
+        [profile::device_type(0), profile::error_register()],
         profile::error_history(2),
         [profile::highest(0x1010, "Store", DataType::U8, 1)],
         [profile::service(

@@ -75,21 +75,21 @@ impl Product for Mast {
         priority: Setting::Constant(5),
         data: slope,
     }];
-    const GROUPS: &'static [Group] = &[Group {
-        name: "SLOPE",
-        pgn: PGN,
-        signals: &[Signal {
-            name: "Slope",
-            spn: 0,
-            start: 0,
-            bits: 16,
-            contents: Contents::Own {
+    const GROUPS: &'static [Group] = &[Group::new(
+        "SLOPE",
+        PGN,
+        &[Signal::new(
+            "Slope",
+            0,
+            0,
+            16,
+            Contents::Own {
                 resolution: (1, 1000),
                 offset: 0,
                 unit: "g",
             },
-        }],
-    }];
+        )],
+    )];
     const ADDRESS: ParameterId = ADDRESS;
     const NAME: [Setting; 8] = name::constants([0, 2, 0, 0, 145, 0, 0, 2047]);
     const MAKE: &'static str = "Own";

@@ -138,11 +138,8 @@ impl Application for Force {
 
 const fn attribute(number: u8, source: Source, settable: bool) -> Attribute {
     Attribute {
-        number,
-        name: "attribute",
-        help: "",
-        source,
         settable,
+        ..Attribute::new(number, "attribute", source)
     }
 }
 
@@ -193,20 +190,17 @@ impl Product for Level {
     };
     const OBJECTS: &'static [Object] = &[
         Object {
-            class: 0x65,
-            name: "Force",
             revision: 3,
-            attributes: ATTRIBUTES,
+            ..Object::new(0x65, "Force", ATTRIBUTES)
         },
-        Object {
-            class: 0x66,
-            name: "Own",
-            revision: 1,
-            attributes: &[
+        Object::new(
+            0x66,
+            "Own",
+            &[
                 attribute(1, Source::Own(DataType::U8), true),
                 attribute(2, Source::Own(DataType::I16), false),
             ],
-        },
+        ),
     ];
     const OWN: &'static [Own<Force>] = &[
         Own {
@@ -218,21 +212,9 @@ impl Product for Level {
         Own::read_only(0x66, 2, |node| node.values.number(X) + 1),
     ];
     const ASSEMBLIES: &'static [Assembly] = &[
-        Assembly {
-            instance: 101,
-            name: "X",
-            words: &[X],
-        },
-        Assembly {
-            instance: 102,
-            name: "Y",
-            words: &[Y],
-        },
-        Assembly {
-            instance: 103,
-            name: "X and Y",
-            words: &[X, Y],
-        },
+        Assembly::new(101, "X", &[X]),
+        Assembly::new(102, "Y", &[Y]),
+        Assembly::new(103, "X and Y", &[X, Y]),
     ];
     const IMAGE: ImageId = ImageId::new(0x7003);
     plumbline::project!(attributes);

@@ -89,7 +89,7 @@ impl Product for GaugeProduct {
     type State = ();
 
     const OBJECTS: &'static [Object] = plumbline::objects![
-        [profile::device_type(0x0001_019A), profile::ERROR_REGISTER],
+        [profile::device_type(0x0001_019A), profile::error_register()],
         profile::error_history(2),
         [
             profile::text(0x1008, "Device name", "Gauge with LSS"),

@@ -115,7 +115,7 @@ impl Product for Mapped {
         restarts_timer: true,
     };
     const OBJECTS: &'static [Object] = plumbline::objects![
-        [profile::device_type(0x0001_019A), profile::ERROR_REGISTER],
+        [profile::device_type(0x0001_019A), profile::error_register()],
         profile::error_history(4),
         [
             Object::parameter(0x1005, 0, id::SYNC),

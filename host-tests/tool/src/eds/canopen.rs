@@ -41,7 +41,7 @@ const fn service(index: u16, service: Service) -> Object {
         data_type: DataType::U32,
         access: Access::Rw,
         target: Target::Service(service),
-        ..Object::PLAIN
+        ..Object::plain()
     }
 }
 
