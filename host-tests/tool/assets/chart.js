@@ -1,78 +1,82 @@
-// The oscilloscope: uPlot over a ring of samples.
+// The oscilloscope: uPlot over the samples of one or more sensors.
 
 import { post } from "./api.js";
-import { Ring } from "./ring.js";
-import { attempt, element, on, state } from "./state.js";
+import { attempt, element, make, on, sensor, state } from "./state.js";
 import { currentLanguage, decimal, onLanguage, t } from "./texts.js";
+import { missed, Trace } from "./trace.js";
 
-/** The samples that are kept: 10 minutes at 200 a second. */
-const KEPT = 120_000;
 /** The pause between two pictures in ms. */
 const PAUSE = 50;
-const COLOURS = ["--x", "--y", "--third"];
+/** The colours of the lines and their dashes: each line differs also for people who do not see all colours. */
+const LINES = 8;
+/** @type {(number[] | undefined)[]} */
+const DASHES = [undefined, [8, 3], [2, 3], [12, 3, 2, 3]];
 
 /** @type {any} */
 let plot = null;
-/** The angles of the samples: they stay after the end of the connection. @type {import("./state.js").Angle[]} */
-let angles = [];
-/** @type {Ring | null} */
-let ring = null;
-/** The times around each gap. @type {[number, number][]} */
-let gaps = [];
+/** The sensors in the chart, the connected one first. Their samples stay after the end of the connection. @type {Trace[]} */
+let traces = [];
+/** The connection has a sensor. */
+let isConnected = false;
 let isPaused = false;
 let isDirty = false;
 /** The time of the right edge while the chart is paused. */
 let edge = 0;
-/** The newest row was a gap. */
-let hole = false;
-/** The number of the next sample; null: not known. @type {number | null} */
-let next = null;
-/** Samples that this tab has not got and has got, and how often its stream has begun. */
-export const missed = { count: 0, got: 0, streams: 0 };
 
 const seconds = () => Number(element("window").value);
-const colour = (/** @type {string} */ name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
+const newest = () => Math.max(0, ...traces.map(({ ring }) => ring.newest()));
+const right = () => (isPaused ? edge : newest());
 
 /** A colour of the style sheet in the theme that is in force. @param {string} name */
 function resolved(name) {
   const probe = document.createElement("span");
-  probe.style.color = colour(name);
+  probe.style.color = getComputedStyle(document.documentElement).getPropertyValue(name).trim();
   document.body.append(probe);
   const value = getComputedStyle(probe).color;
   probe.remove();
   return value;
 }
 
-function right() {
-  return isPaused ? edge : ring?.newest() ?? 0;
+/** The angles of all sensors, in the order of the lines. */
+function angles() {
+  return traces.flatMap((trace) => trace.device.angles.map((angle, place) => ({ trace, angle, place })));
+}
+
+/** @param {Trace} trace @param {import("./state.js").Angle} angle */
+function label(trace, angle) {
+  const name = `${angle.name} / ${angle.unit}`;
+  return traces.length > 1 ? `${trace.name}: ${name}` : name;
 }
 
 function build() {
   plot?.destroy();
   plot = null;
-  element("chart").hidden = angles.length === 0;
-  if (angles.length === 0) return;
+  const all = angles();
+  element("chart").hidden = all.length === 0;
+  if (all.length === 0) return;
   const [text, line] = [resolved("--quiet"), resolved("--line")];
   const axis = { stroke: text, grid: { stroke: line, width: 1 }, ticks: { stroke: line, width: 1 } };
   const place = element("chart");
   plot = new /** @type {any} */ (window).uPlot({
-    width: Math.max(place.clientWidth, 300),
+    width: Math.max(place.clientWidth, 250),
     height: 300,
     pxAlign: false,
     scales: { x: { time: false, range: () => [-seconds(), 0] } },
     axes: [{ ...axis, label: `${t("time")} / s`, labelSize: 20 }, { ...axis, size: 60 }].map((own) => ({ ...own, values: written })),
     legend: { live: true },
-    cursor: { drag: { x: false, y: false } },
+    cursor: { drag: { x: false, y: false }, dataIdx: nearest },
     series: [
-      { label: `${t("time")} / s`, value: (/** @type {any} */ _, /** @type {number} */ value) => (value === null || value === undefined ? "-" : decimal(value, 3)) },
-      ...angles.map((angle, number) => ({
-        label: `${angle.name} / ${angle.unit}`,
-        stroke: resolved(COLOURS[number % COLOURS.length]),
+      { label: `${t("time")} / s`, value: valued(3) },
+      ...all.map(({ trace, angle, place: own }, number) => ({
+        label: label(trace, angle),
+        show: trace.drawn[own],
+        stroke: resolved(`--line-${number % LINES}`),
         width: 1.5,
-        dash: number === 1 ? [8, 3] : undefined,
+        dash: DASHES[number % DASHES.length],
         points: { show: false },
-        gaps: holes,
-        value: (/** @type {any} */ _, /** @type {number} */ value) => (value === null || value === undefined ? "-" : decimal(value, 2)),
+        gaps: (/** @type {any} */ plot, /** @type {number} */ _, /** @type {number} */ first, /** @type {number} */ last, /** @type {any[]} */ known) => (
+          holes(trace, plot, first, last, known)),
+        value: valued(2),
       })),
     ],
   }, view(), place);
@@ -81,23 +85,41 @@ function build() {
   canvas?.setAttribute("aria-label", t("chart-label"));
 }
 
+/** The text of a value in the table under the chart. @param {number} digits */
+const valued = (digits) => (/** @type {any} */ _, /** @type {number | null | undefined} */ value) => (
+  value === null || value === undefined ? "-" : decimal(value, digits));
+
+/** The place of the sample of a line that is nearest to the cursor: the samples of several sensors have different times. @param {any} plot @param {number} line @param {number} place */
+function nearest(plot, line, place) {
+  const values = plot.data[line];
+  for (let away = 0; away < 20; away += 1) {
+    for (const own of [place - away, place + away]) if (values[own] !== undefined && values[own] !== null) return own;
+  }
+  return place;
+}
+
 /** The numbers at an axis. @param {any} _ @param {number[]} numbers */
 function written(_, numbers) {
   return numbers.map((number) => number.toLocaleString(currentLanguage(), { maximumFractionDigits: 3 }));
 }
 
-/** @param {any} plot @param {number} _series @param {number} first @param {number} last @param {any[]} known */
-function holes(plot, _series, first, last, known) {
-  const [from, to] = [plot.data[0][first], plot.data[0][last]];
-  const inside = gaps.map((gap) => gap.map((at) => at - right())).filter(([start, end]) => end > from && start < to);
-  return [...known, ...inside.map((gap) => gap.map((at) => Math.round(plot.valToPos(at, "x", true))))];
+/** @param {Trace} trace @param {any} plot @param {number} first @param {number} last @param {any[]} known */
+function holes(trace, plot, first, last, known) {
+  const [from, to] = [plot.data[0][first], plot.data[0][last]].map((time) => time + right());
+  return [...known, ...trace.between(from, to).map((gap) => gap.map((at) => Math.round(plot.valToPos(at - right(), "x", true))))];
+}
+
+/** The samples since a time, on one axis of time. @param {number} from @returns {ArrayLike<number>[]} */
+function table(from) {
+  const own = traces.map(({ ring }) => ring.since(from));
+  if (own.length === 0) return [[], []];
+  return own.length === 1 ? own[0] : /** @type {any} */ (window).uPlot.join(own);
 }
 
 /** The samples of the window; their times count back from the right edge. */
 function view() {
-  if (!ring) return [[], []];
-  const [edge, [times, ...values]] = [right(), ring.since(right() - seconds())];
-  return [times.map((time) => time - edge), ...values];
+  const [times, ...values] = table(right() - seconds());
+  return [Array.from(times, (time) => time - right()), ...values];
 }
 
 function draw() {
@@ -111,48 +133,52 @@ function draw() {
 }
 
 function showEmpty() {
-  const isEmpty = (ring?.length ?? 0) === 0;
+  const isEmpty = traces.every(({ ring }) => ring.length === 0);
   element("chart-empty").hidden = !isEmpty;
   element("chart").hidden = plot === null;
   element("csv").disabled = isEmpty;
 }
 
-/** Whether the sensor sends its angles by itself. */
-function showSends() {
-  const every = state.status?.sendsEvery ?? null;
-  const place = element("sends");
-  place.hidden = every === null;
-  const text = every === null ? "" : t("sends", shortest(every));
-  if (place.textContent !== text) place.textContent = text;
+/** The sensors in the chart, with their angles to choose from. */
+function showTraces() {
+  element("traces").hidden = traces.length === 0;
+  element("traces").replaceChildren(...traces.map((trace) => {
+    const line = make("div", undefined, "buttons");
+    line.append(make("span", trace.name));
+    line.setAttribute("role", "group");
+    line.setAttribute("aria-label", trace.name);
+    trace.device.angles.forEach((angle, place) => line.append(choice(trace, angle, place)));
+    if (trace.isOther) line.append(remover(trace));
+    return line;
+  }));
 }
 
-/** @param {number} number with at most one decimal */
-function shortest(number) {
-  return number.toLocaleString(currentLanguage(), { maximumFractionDigits: 1 });
+/** @param {Trace} trace @param {import("./state.js").Angle} angle @param {number} place */
+function choice(trace, angle, place) {
+  const [field, box] = [make("label", undefined, "check"), document.createElement("input")];
+  box.type = "checkbox";
+  box.id = `drawn-${traces.indexOf(trace)}-${place}`;
+  box.checked = trace.drawn[place];
+  box.addEventListener("change", () => {
+    trace.drawn[place] = box.checked;
+    build();
+  });
+  field.append(box, angle.name);
+  return field;
 }
 
-/** @param {{first: number, rows: number[][]}} samples */
-function take({ first, rows }) {
-  if (next !== null && first > next) missed.count += first - next;
-  if (next !== null && first < next) {
-    // A new connection counts from 0.
-    ring?.clear();
-    gaps = [];
-  }
-  next = first + rows.length;
-  missed.got += rows.length;
-  for (const row of rows) {
-    if (row.length < 2) { hole = true; continue; }
-    if (hole && ring && ring.length > 0) gaps = [...gaps.slice(-50), [ring.newest(), row[0]]];
-    hole = false;
-    ring?.push(row);
-  }
-  isDirty ||= !isPaused;
+/** @param {Trace} trace */
+function remover(trace) {
+  const button = /** @type {HTMLButtonElement} */ (make("button", t("remove")));
+  button.type = "button";
+  button.setAttribute("aria-label", t("remove-of", trace.name));
+  button.addEventListener("click", () => attempt(() => post("api/chart", { remove: trace.device.connection }, sensor()), button));
+  return button;
 }
 
 function pause() {
   isPaused = !isPaused;
-  edge = ring?.newest() ?? 0;
+  edge = newest();
   const button = element("pause");
   button.setAttribute("aria-pressed", String(isPaused));
   button.textContent = t(isPaused ? "go-on" : "pause");
@@ -168,14 +194,10 @@ function moveCursor(step) {
 }
 
 function save() {
-  if (!ring) return;
-  const heading = ["time_s", ...angles.map((angle) => `${angle.name}_${angle.unit}`)].join(",");
-  const columns = ring.since(-Infinity);
-  const lines = [heading];
-  for (let place = 0; place < columns[0].length; place += 1) {
-    lines.push(columns.map((column, number) => (number === 0 ? column[place].toFixed(3) : String(column[place]))).join(","));
-  }
-  download("angles.csv", "text/csv", `${lines.join("\n")}\n`);
+  const names = angles().map(({ trace, angle }) => `${traces.length > 1 ? `${trace.name} ` : ""}${angle.name}_${angle.unit}`);
+  const [times, ...values] = table(-Infinity);
+  const lines = Array.from(times, (time, place) => [time.toFixed(3), ...values.map((own) => own[place] ?? "")].join(","));
+  download("angles.csv", "text/csv", `${[["time_s", ...names].join(","), ...lines].join("\n")}\n`);
 }
 
 /** Hands a text to the user as a file. @param {string} name @param {string} type @param {string} text */
@@ -187,21 +209,58 @@ export function download(name, type, text) {
   setTimeout(() => URL.revokeObjectURL(link.href), 10_000);
 }
 
+/** Whether the sensor sends its angles by itself. */
+function showSends() {
+  const every = state.status?.sendsEvery ?? null;
+  const place = element("sends");
+  place.hidden = every === null;
+  const text = every === null ? "" : t("sends", every.toLocaleString(currentLanguage(), { maximumFractionDigits: 1 }));
+  if (place.textContent !== text) place.textContent = text;
+}
+
+/** What a trace shows; another sensor has another one. @param {import("./state.js").Device} device */
+const shape = ({ angles: own, serial, address, label: name }) => JSON.stringify([own, serial, address, name]);
+
+/** Other sensors are in the chart. @param {Trace[]} next */
+function put(next) {
+  traces = next;
+  build();
+  showTraces();
+}
+
+/** The connected sensor. @param {import("./state.js").Device | null} device */
+function takeDevice(device) {
+  const isNew = !isConnected;
+  isConnected = device !== null;
+  if (!device) return;
+  const own = traces.find(({ isOther }) => !isOther);
+  const main = own && shape(own.device) === shape(device) ? own : new Trace(device, false);
+  // The other sensors are those of one connection.
+  const others = isNew ? [] : traces.filter(({ isOther }) => isOther);
+  if (main !== own || others.length + 1 < traces.length) put([main, ...others]);
+}
+
+/** The other sensors. After the end of the connection they stay as they are. @param {import("./state.js").Device[]} devices */
+function takeOthers(devices) {
+  if (devices.length === 0 && state.status?.state !== "active") return;
+  const kept = traces.filter(({ isOther, device }) => !isOther || devices.some((own) => own.connection === device.connection));
+  const added = devices.filter((own) => !kept.some(({ isOther, device }) => isOther && own.connection === device.connection));
+  if (added.length > 0 || kept.length < traces.length) put([...kept, ...added.map((device) => new Trace(device, true))]);
+}
+
+/** @param {Trace | undefined} trace @param {{first: number, rows: number[][]}} samples */
+function take(trace, samples) {
+  trace?.take(samples);
+  isDirty ||= !isPaused;
+}
+
 /** Starts the chart. */
 export function start() {
-  let shape = "";
-  on("device", (device) => {
-    const now = JSON.stringify([device?.angles ?? [], device?.serial, device?.address]);
-    if (!device || now === shape) return;
-    shape = now;
-    angles = device.angles;
-    ring = new Ring(1 + angles.length, KEPT);
-    gaps = [];
-    next = null;
-    build();
-  });
+  on("device", takeDevice);
+  on("others", takeOthers);
   on("status", showSends);
-  on("samples", take);
+  on("samples", (samples) => take(traces.find(({ isOther }) => !isOther), samples));
+  on("other-samples", (samples) => take(traces.find(({ isOther, device }) => isOther && device.connection === samples.sensor), samples));
   on("restarted", () => { missed.streams += 1; });
   on("status", (status) => {
     const field = element("samples");
@@ -211,7 +270,10 @@ export function start() {
   element("pause").addEventListener("click", pause);
   element("window").addEventListener("change", () => { isDirty = true; });
   element("samples").addEventListener("change", () => attempt(() => post("api/samples", { perSecond: Number(element("samples").value) })));
-  element("clear").addEventListener("click", () => { ring?.clear(); gaps = []; isDirty = true; });
+  element("clear").addEventListener("click", () => {
+    for (const trace of traces) trace.clear();
+    isDirty = true;
+  });
   element("csv").addEventListener("click", save);
   element("chart").addEventListener("keydown", (/** @type {KeyboardEvent} */ event) => {
     const steps = /** @type {Record<string, number>} */ ({ ArrowLeft: -4, ArrowRight: 4 });
@@ -230,7 +292,7 @@ export function start() {
   onLanguage(() => {
     element("pause").textContent = t(isPaused ? "go-on" : "pause");
     showSends();
-    if (spoken !== currentLanguage()) build();
+    if (spoken !== currentLanguage()) put(traces);
     spoken = currentLanguage();
   });
   setInterval(draw, PAUSE);

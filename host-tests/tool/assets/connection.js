@@ -2,10 +2,10 @@
 
 import { which } from "./actions.js";
 import { Failure, get, post } from "./api.js";
-import { missed } from "./chart.js";
 import { ask } from "./dialog.js";
-import { attempt, element, emit, fail, goneText, make, on, press, state } from "./state.js";
+import { attempt, element, emit, fail, goneText, isReady, make, on, press, sensor, state } from "./state.js";
 import { currentLanguage, onLanguage, questionText, said, t } from "./texts.js";
+import { missed } from "./trace.js";
 
 const input = (/** @type {string} */ id) => /** @type {HTMLInputElement & HTMLSelectElement} */ (element(id));
 /** @type {any[] | null} */
@@ -129,7 +129,7 @@ async function asking(path, sent, name, doing) {
   showFound();
   let end = doing === "finding" ? "found-nothing" : "found-empty";
   try {
-    await answered(path, sent, name);
+    await answered((yes) => post(path, { ...sent, yes }), name);
   } catch (error) {
     // A scan that gave way to a connection is over.
     if (own !== turn) return;
@@ -144,15 +144,18 @@ async function asking(path, sent, name, doing) {
   }
 }
 
-/** @param {string} path @param {object} sent @param {string} name of the button */
-async function answered(path, sent, name) {
+/**
+ * Sends a request until its questions are answered.
+ * @param {(yes: import("./texts.js").Question[]) => Promise<unknown>} send @param {string} name of the button
+ */
+async function answered(send, name) {
   /** The questions that were answered with yes. @type {import("./texts.js").Question[]} */
   const yes = [];
   /** @type {Set<string>} */
   const no = new Set();
   for (;;) {
     try {
-      await post(path, { ...sent, yes });
+      await send(yes);
       return;
     } catch (error) {
       if (!(error instanceof Failure) || error.code !== "asks") throw error;
@@ -186,6 +189,22 @@ async function find() {
   await asking("api/scan", { port, rate, active: active || search, search }, t("find"), "finding");
 }
 
+/** The button that shows another sensor of the same bus in the chart. @param {any} row */
+function adders(row) {
+  const { device, status } = state;
+  const isHere = device !== null && status?.state === "active" && device.rate === row.rate;
+  if (!isHere || (device.protocol === row.protocol && device.address === row.address)) return [];
+  const { protocol, address, product } = row;
+  const button = /** @type {HTMLButtonElement} */ (make("button", t("add-to-chart")));
+  button.type = "button";
+  button.dataset.kind = "add";
+  button.setAttribute("aria-label", t("add-of", `${product ?? protocol} ${address}`));
+  const own = sensor();
+  // The sensor says its product, except one that is known by its data sheet only.
+  button.addEventListener("click", () => attempt(() => answered((yes) => post("api/chart", { add: { protocol, address, yes } }, own), t("add-to-chart")), button));
+  return [button];
+}
+
 /** @param {any} row */
 function row(row) {
   const line = document.createElement("tr");
@@ -206,9 +225,9 @@ function row(row) {
     input("mode").value = "active";
     await connect();
   }, button));
-  const cell = document.createElement("td");
+  const cell = make("td", undefined, "buttons");
   // A node without node-ID has no address, and one that was only heard need not tell it.
-  if (/^[0-9a-f]+$/i.test(row.address ?? "")) cell.append(button);
+  if (/^[0-9a-f]+$/i.test(row.address ?? "")) cell.append(button, ...adders(row));
   line.append(cell, ...cells.map((text) => make("td", String(text))));
   return line;
 }
@@ -216,7 +235,7 @@ function row(row) {
 function showFound() {
   const rows = found ?? [];
   // A row that stays the same keeps the focus.
-  const next = JSON.stringify([rows, currentLanguage()]);
+  const next = JSON.stringify([rows, currentLanguage(), state.device, state.status?.state]);
   if (next !== drawn) element("found").replaceChildren(...rows.map(row));
   drawn = next;
   element("found-scroll").hidden = rows.length === 0;
@@ -236,7 +255,7 @@ function showStatus() {
   input("disconnect").disabled = busy || isGone || (status?.state ?? "closed") === "closed";
   input("stop").disabled = !busy || isGone;
   for (const id of ["eds", "file", "new-file"]) input(id).disabled = isGone;
-  for (const button of element("found").querySelectorAll("button")) button.disabled = isGone;
+  for (const button of element("found").querySelectorAll("button")) button.disabled = isGone || (button.dataset.kind === "add" && !isReady());
   if (isGone) {
     set("state", t(goneText()));
     set("frames-per-second", "-");
@@ -297,7 +316,7 @@ export async function start() {
   // The user can plug in an adapter meanwhile.
   element("port").addEventListener("focus", () => showPorts().catch(fail));
   on("sheets", (rows) => { sheets = rows; showProducts(); });
-  on("status", showStatus);
+  on("status", () => { showFound(); showStatus(); });
   on("device", showFound);
   on("found", (rows) => { found = rows; showFound(); });
   on("note", ({ text }) => { element("progress").textContent = said(text); });

@@ -45,6 +45,7 @@ pub const ASSETS: &[Asset] = &[
     asset!(JS, "sentences-de.js"),
     asset!(JS, "state.js"),
     asset!(JS, "texts.js"),
+    asset!(JS, "trace.js"),
     asset!(JS, "texts-de.js"),
     asset!(JS, "texts-en.js"),
     asset!("image/svg+xml", "icon.svg"),

@@ -2,7 +2,7 @@
 
 import assert from "node:assert/strict";
 import test from "node:test";
-import { CLOSED, open } from "./page.js";
+import { answers, CLOSED, open } from "./page.js";
 
 /** Samples every 10 ms from this number on. */
 const rows = (first, count) => Array.from({ length: count }, (_, place) => [(first + place) / 100, first + place, -1]);
@@ -155,4 +155,67 @@ test("angles_that_the_sensor_sends_by_itself_are_named_with_their_period", async
   assert.match(page.text("sends"), /by itself every 2\.5 ms/);
   await page.change("language", "de");
   assert.match(page.text("sends"), /alle 2,5 ms/);
+});
+
+/** A page with two sensors in the chart, and the number of the second one. */
+async function beside() {
+  const { page } = await running(3);
+  const other = { ...answers.devices.jn2101.device, connection: 7, label: null };
+  await page.event("others", [other]);
+  await page.event("other-samples", { sensor: 7, first: 0, lost: 0, rows: [[0.005, 5, 6], [0.015, 7, 8]] });
+  await page.pass(100);
+  return { page, plot: page.plots.at(-1) };
+}
+
+test("samples_of_two_sensors_are_in_one_chart_on_one_axis_of_time", async () => {
+  const { page, plot } = await beside();
+  const labels = plot.options.series.map(({ label }) => label);
+  assert.deepEqual(labels.slice(1, 4), ["is2 300: angle-x / deg", "is2 300: angle-y / deg", "jn2101 10: slope-long32 / deg"]);
+  const rounded = plot.data[0].map((time) => Math.round(time * 1000));
+  assert.deepEqual(rounded, [-20, -15, -10, -5, 0]);
+  const column = (number) => [...plot.data[number]].map((value) => value ?? null);
+  assert.deepEqual(column(1), [0, null, 1, null, 2]);
+  assert.deepEqual(column(3), [null, 5, null, 7, null]);
+  // The value at the cursor is the nearest one of each line.
+  assert.equal(plot.options.cursor.dataIdx(plot, 3, 2), 1);
+  await page.click("csv");
+  const [{ text }] = await page.saved();
+  assert.match(text, /^time_s,is2 300 angle-x_deg,is2 300 angle-y_deg,jn2101 10 slope-long32_deg,.*\n0\.000,0,-1,,\n0\.005,,,5,6\n/);
+});
+
+test("angle_of_a_sensor_that_is_switched_off_is_not_drawn", async () => {
+  const { page } = await beside();
+  page.element("drawn-1-0").checked = false;
+  await page.change("drawn-1-0");
+  assert.deepEqual(page.plots.at(-1).options.series.slice(1).map(({ show }) => show), [true, true, false, true]);
+});
+
+test("sensor_is_added_from_the_found_ones_and_removed", async () => {
+  const { page } = await beside();
+  const { rate } = answers.devices.is2.device;
+  const row = { protocol: "canopen", address: "50", product: "ims360", rate };
+  await page.event("found", [row, { ...row, address: "51", rate: 1000 }]);
+  const [add, ...more] = page.element("found").all().filter((element) => element.dataset.kind === "add");
+  assert.equal(more.length, 0, "a sensor at another bit rate is on another bus");
+  add.click();
+  await page.pass(0);
+  const { connection } = answers.devices.is2.device;
+  const expected = { path: "api/chart", body: { add: { protocol: "canopen", address: "50", yes: [] } }, sensor: String(connection) };
+  assert.deepEqual(page.requests.pop(), expected);
+  const [remove] = page.element("traces").querySelectorAll("button");
+  remove.click();
+  await page.pass(0);
+  assert.deepEqual(page.requests.pop().body, { remove: 7 });
+  await page.event("others", []);
+  assert.equal(page.plots.at(-1).options.series.length, 3);
+});
+
+test("other_sensors_stay_after_the_end_of_the_connection_and_go_with_the_next_one", async () => {
+  const { page } = await beside();
+  await page.event("device", null);
+  await page.event("status", CLOSED);
+  await page.event("others", []);
+  assert.equal(page.plots.at(-1).options.series.length, 5);
+  await page.connected("is2");
+  assert.equal(page.plots.at(-1).options.series.length, 3);
 });

@@ -4,6 +4,7 @@ import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
 import { join } from "node:path";
 import { fileURLToPath } from "node:url";
+import { runInNewContext } from "node:vm";
 import { load } from "./dom.js";
 
 const ASSETS = fileURLToPath(new URL("../../assets", import.meta.url));
@@ -12,6 +13,9 @@ if (!PATH) throw new Error("PLUMBLINE_ANSWERS is not set: `cargo test -p tool --
 
 /** What the server has answered and told of its virtual sensors: products, ports, parameters, devices, values. */
 export const answers = JSON.parse(readFileSync(PATH, "utf8"));
+
+/** The real library, without a document. */
+const UPLOT = runInNewContext(`${readFileSync(join(ASSETS, "uplot/uPlot.iife.min.js"), "utf8")}; uPlot`);
 
 export const TOKEN = "0123456789abcdef".repeat(2);
 
@@ -261,6 +265,8 @@ export async function open({ language = "en-US", hash = `#${TOKEN}`, kept = {}, 
   };
   URL.revokeObjectURL = () => {};
   define("uPlot", class {
+    static join = UPLOT.join;
+
     constructor(options, data, place) {
       Object.assign(this, { options, data, width: options.width, cursor: { left: -1, top: 0 }, bbox: { width: 600, height: 300 } });
       place.append(document.createElement("canvas"));

@@ -59,7 +59,7 @@ fn check(browser: &Browser, state: &str, most: usize) {
         let lines = browser.script(&format!(
             "{CONTRAST} const style = getComputedStyle(document.documentElement);
             const chart = document.getElementById('chart');
-            return ['--x', '--y', '--third', '--quiet'].map((name) => {{
+            return ['--quiet', ...Array.from({{ length: 8 }}, (_, line) => `--line-${{line}}`)].map((name) => {{
                 const probe = Object.assign(document.createElement('span'), {{ style: `color: ${{style.getPropertyValue(name)}}` }});
                 chart.append(probe);
                 const own = contrast(chart, getComputedStyle(probe).color);
