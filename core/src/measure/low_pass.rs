@@ -285,17 +285,22 @@ fn pass(section: &Section, to_low: i32, integrators: &mut Integrators, input: i3
     output(low)
 }
 
-/// One step of the eight poles. Rounded outputs are sufficient here: a pole with a gain below 1/2 approaches its input from one
-/// side.
+/// One step of the eight poles. Not a loop, because the compiler does not always unroll it.
 fn critical(gain: i32, poles: &mut [i64; 8], input: i32) -> i32 {
-    let mut signal = input;
-    for pole in poles {
-        let half = product(gain, signal.wrapping_sub(output(*pole)));
-        let now = pole.wrapping_add(half);
-        *pole = now.wrapping_add(half);
-        signal = output(now);
-    }
-    signal
+    let [a, b, c, d, e, f, g, h] = poles;
+    let signal = pole(gain, b, pole(gain, a, input));
+    let signal = pole(gain, d, pole(gain, c, signal));
+    let signal = pole(gain, f, pole(gain, e, signal));
+    pole(gain, h, pole(gain, g, signal))
+}
+
+/// One step of a first-order section. Rounded outputs are sufficient here: a pole with a gain below 1/2 approaches its input from one
+/// side.
+fn pole(gain: i32, pole: &mut i64, input: i32) -> i32 {
+    let half = product(gain, input.wrapping_sub(output(*pole)));
+    let now = pole.wrapping_add(half);
+    *pole = now.wrapping_add(half);
+    output(now)
 }
 
 #[cfg(test)]

@@ -54,32 +54,26 @@ pub trait Exchange {
 impl<A: Application, P: Protocol<A>> Exchange for Communication<A, P> {
     const USES_SENT: bool = P::USES_SENT;
 
-    #[inline(always)]
     fn ready(&self) -> bool {
         self.ready()
     }
 
-    #[inline(always)]
     fn receive(&mut self, now: Instant, frame: &Frame) {
         self.receive(now, frame);
     }
 
-    #[inline(always)]
     fn proceed(&mut self) -> bool {
         self.proceed()
     }
 
-    #[inline(always)]
     fn bus(&mut self, now: Instant, event: BusEvent) {
         self.bus(now, event);
     }
 
-    #[inline(always)]
     fn is_sending(&self) -> bool {
         self.is_sending()
     }
 
-    #[inline(always)]
     fn sends_once(&self) -> bool {
         self.sends_once()
     }
@@ -88,22 +82,18 @@ impl<A: Application, P: Protocol<A>> Exchange for Communication<A, P> {
         self.transmit()
     }
 
-    #[inline(always)]
     fn sent(&mut self, now: Instant) {
         self.sent(now);
     }
 
-    #[inline(always)]
     fn withdraws(&self) -> bool {
         self.withdraws()
     }
 
-    #[inline(always)]
     fn changes_filters(&self) -> bool {
         P::CHANGES_FILTERS
     }
 
-    #[inline(always)]
     fn filters(&self, accept: &mut dyn FnMut(Filter)) {
         self.filters(accept);
     }
@@ -326,7 +316,6 @@ impl<'a, H: Exchange + ?Sized, M: Mailboxes> Link<'a, H, M> {
     }
 
     /// Puts the frames of the node into the free mailboxes. Returns false if there is none.
-    #[inline(always)]
     fn transmit(&mut self) -> bool {
         let mut moves = false;
         while self.node.is_sending()
