@@ -1,24 +1,17 @@
 //! Samples that the sensor sends by itself. Its settings for that are written before, in its volatile memory only, and put back afterwards.
 //!
 //! - GEMAC: cyclic mode. Its counter tells how many values are missing.
-//! - `j1939`: the broadcast of the group SSI2 with this rate.
-//! - `canopen`: a TPDO with an event timer.
-//! - `devicenet`: an I/O connection, which the tool polls.
+//! - J1939: the broadcast of the group SSI2 with this rate.
+//! - CANopen: a TPDO with an event timer.
+//! - DeviceNet: an I/O connection, which the tool polls.
 //!
 //! Without a counter, the times of the values tell how many are missing.
 
-mod canopen;
 mod count;
-mod devicenet;
-mod j1939;
 pub mod pace;
-pub mod source;
 
 use crate::client::Link;
-use crate::client::fsc::{self, Sensor};
 use crate::error::Error;
-use crate::master;
-use crate::master::{Ca, Node, Target};
 use crate::output::Terminal;
 use crate::question::Question;
 use crate::sample::{Sample, Sampler};
@@ -26,30 +19,80 @@ use crate::session::Session;
 use crate::sheet::Entry;
 use count::Count;
 use plumbline::can::{CanId, Frame};
-use plumbline::model::catalog::Protocol;
-use plumbline::param::{DataType, ParameterId, Setting, number};
+use plumbline::param::{DataType, ParameterId};
 use plumbline::time::{Duration, Instant, after, millis};
 
 /// The longest wait without a check for Ctrl-C.
-const SLICE: Duration = millis(50);
+pub(crate) const SLICE: Duration = millis(50);
 
 /// The permitted delay of a value: a number of periods plus a time. After it the tool assumes that no value comes any more.
 const LATE: (u64, Duration) = (3, millis(1000));
 
 /// How long the messages of a sensor are listened to that sends by itself, and how many are sufficient to know their period.
-const LISTENS: (Duration, usize) = (millis(1100), 20);
+pub(crate) const LISTENS: (Duration, usize) = (millis(1100), 20);
 
-/// The kind of messages with angles.
-enum Kind {
-    Fsc(Sensor),
-    J1939(j1939::Sender),
-    Canopen(canopen::Pdo),
-    Devicenet(devicenet::Io),
+/// The messages with angles that a sensor sends.
+pub trait Stream {
+    /// The next angles within this time. `wanted` are the settings that the tool has written.
+    ///
+    /// # Errors
+    /// The sensor has restarted, or the adapter fails.
+    fn next(
+        &mut self,
+        session: &mut Session,
+        sampler: &Sampler,
+        wanted: &[(Entry, u32)],
+        time: Duration,
+    ) -> Result<Option<Message>, Error>;
+
+    /// Ends it.
+    ///
+    /// # Errors
+    /// The sensor refuses, nobody answers, or the adapter fails.
+    fn stop(&mut self, _session: &mut Session) -> Result<(), Error> {
+        Ok(())
+    }
+
+    /// What the user must know if it could not be ended.
+    fn left(&self) -> &'static str {
+        NOT_PUT_BACK
+    }
+
+    /// The polls that must have been answered; None: the tool does not poll.
+    fn polled(&self, _now: Instant) -> Option<u64> {
+        None
+    }
+
+    /// The period in ms with which the sensor sends already, by the settings before.
+    fn period(&self, _before: &[(Entry, u32)]) -> Option<u32> {
+        None
+    }
+}
+
+/// A stream that begins as soon as these settings are written.
+pub struct Started {
+    /// The messages.
+    pub stream: Box<dyn Stream>,
+    /// The period; None: it is not known.
+    pub every: Option<Duration>,
+    /// The parameters and their numbers.
+    pub settings: Vec<(ParameterId, u32)>,
+}
+
+/// Decodes the angles in a frame that came at a time.
+type Decode = dyn Fn(Instant, &Frame) -> Option<Message>;
+
+/// The messages in which a sensor sends its angles by itself, whoever has asked it to. Nothing is sent for them, and no setting changes.
+pub struct Source {
+    /// The angles in a frame that came at this time; None: it is another message.
+    pub(crate) message: Box<Decode>,
+    /// The angles in them, if they are other entries than those that are polled.
+    pub others: Option<Vec<Entry>>,
 }
 
 /// A sensor that sends its angles by itself.
 pub struct Cyclic {
-    kind: Kind,
+    stream: Box<dyn Stream>,
     /// The period; None: it is not known.
     every: Option<Duration>,
     /// The settings while the sensor sends, and the settings before.
@@ -59,15 +102,15 @@ pub struct Cyclic {
 }
 
 /// A received message with angles.
-pub(crate) struct Message {
+pub struct Message {
     pub(crate) at: Instant,
     pub(crate) numbers: Vec<Option<i64>>,
     pub(crate) status: Option<u8>,
-    counter: Option<u16>,
+    pub(crate) counter: Option<u16>,
 }
 
 impl Message {
-    fn plain((at, numbers): (Instant, Vec<i64>)) -> Self {
+    pub(crate) fn plain((at, numbers): (Instant, Vec<i64>)) -> Self {
         Self {
             at,
             numbers: numbers.into_iter().map(Some).collect(),
@@ -88,38 +131,16 @@ impl Cyclic {
         every: u32,
         terminal: &mut Terminal,
     ) -> Result<Self, Error> {
-        let period = Some(millis(every));
-        let (kind, every, settings) = match (session.target, &session.sheet.product.protocol) {
-            (Target::Fsc(sensor), Protocol::Fsc(tables)) => {
-                let roles = &tables.roles;
-                let settings = vec![(roles.cyclic_time, every), (roles.cyclic_mode, 1)];
-                (Kind::Fsc(sensor), period, settings)
-            }
-            (Target::J1939(Ca(address)), _) => {
-                let tables = master::j1939::tables(session.sheet.product);
-                let rate = tables.and_then(|tables| match (tables.settings)(0) {
-                    Some((Setting::Parameter(rate), _)) => Some((rate, every)),
-                    _ => None,
-                });
-                let sender = j1939::Sender::new(address);
-                (Kind::J1939(sender), period, rate.into_iter().collect())
-            }
-            (Target::Canopen(Node(node)), _) => {
-                let (pdo, every) = canopen::start(session, node, sampler, every, terminal)?;
-                (Kind::Canopen(pdo), every, Vec::new())
-            }
-            (Target::Devicenet(slave), Protocol::Devicenet(tables)) => {
-                let place = (slave, tables);
-                let (io, every) = devicenet::start(session, place, sampler, every, terminal)?;
-                (Kind::Devicenet(io), every, Vec::new())
-            }
-            _ => {
-                let message = "the product does not fit the protocol of the sensor";
-                return Err(Error::usage("wrong-product", message));
-            }
-        };
+        let target = session.target;
+        let Started {
+            stream,
+            every,
+            settings,
+        } = target.stream(session, sampler, every, terminal)?;
         let (wanted, before) = present(session, settings)?;
-        if let Some(own) = sends_already(&kind, &before).filter(|own| Some(millis(*own)) != every)
+        if let Some(own) = stream
+            .period(&before)
+            .filter(|own| Some(millis(*own)) != every)
             && !terminal.ask(&Question::Period(own))?
         {
             let message = format!(
@@ -128,7 +149,7 @@ impl Cyclic {
             return Err(Error::usage("not-confirmed", message));
         }
         let mut cyclic = Self {
-            kind,
+            stream,
             every,
             wanted: wanted.clone(),
             before,
@@ -151,22 +172,14 @@ impl Cyclic {
     /// The sensor refuses, nobody answers, or the adapter fails.
     pub fn stop(&mut self, session: &mut Session) -> Result<(), Error> {
         let was_ending = session.link.set_ending(true);
-        let mut written = match &mut self.kind {
-            Kind::Canopen(pdo) => pdo.stop(session),
-            Kind::Devicenet(io) => io.stop(session),
-            Kind::Fsc(_) | Kind::J1939(_) => Ok(()),
-        };
+        let mut written = self.stream.stop(session);
         for (entry, raw) in std::mem::take(&mut self.before).into_iter().rev() {
             let put_back = session.put_back(&entry, raw);
             written = written.and(put_back);
         }
         session.link.set_ending(was_ending);
         if written.is_err() {
-            let note = match self.kind {
-                Kind::Devicenet(_) => devicenet::NOT_RELEASED,
-                Kind::Fsc(_) | Kind::J1939(_) | Kind::Canopen(_) => NOT_PUT_BACK,
-            };
-            session.note(note);
+            session.note(self.stream.left());
         }
         written
     }
@@ -184,12 +197,7 @@ impl Cyclic {
         let now = session.link.now();
         let until = until.min(after(now, SLICE));
         let time = Duration::from_ticks(until.ticks().saturating_sub(now.ticks()));
-        let message = match &mut self.kind {
-            Kind::Fsc(sensor) => cyclic_mode(session, sampler, *sensor, time)?,
-            Kind::J1939(sender) => sender.next(session, sampler, &self.wanted, time)?,
-            Kind::Canopen(pdo) => pdo.next(&mut session.link, time)?.map(Message::plain),
-            Kind::Devicenet(io) => io.next(&mut session.link, until)?.map(Message::plain),
-        };
+        let message = self.stream.next(session, sampler, &self.wanted, time)?;
         let Some(message) = message else {
             return self.silence(session.link.now());
         };
@@ -207,11 +215,7 @@ impl Cyclic {
 
     /// Counts the values that are missing until the end.
     pub fn end(&self, sampler: &mut Sampler, now: Instant) {
-        let polled = match &self.kind {
-            Kind::Devicenet(io) => io.polled(now),
-            Kind::Fsc(_) | Kind::J1939(_) | Kind::Canopen(_) => None,
-        };
-        sampler.lost = match polled {
+        sampler.lost = match self.stream.polled(now) {
             Some(polled) => polled.saturating_sub(sampler.printed),
             None => self.count.missing(now),
         };
@@ -234,7 +238,7 @@ impl Cyclic {
 const RESTARTED: &str = "the counter of the sensor started again: was the sensor off? The lost samples of this time are calculated from the time";
 
 /// The sensor could not be put back.
-const NOT_PUT_BACK: &str = "the settings of the sensor for --cyclic could not be put back. They are not stored: switch the sensor off and on, then it has its previous settings";
+pub(crate) const NOT_PUT_BACK: &str = "the settings of the sensor for --cyclic could not be put back. They are not stored: switch the sensor off and on, then it has its previous settings";
 
 /// The settings with their entries, and their present numbers.
 #[expect(clippy::type_complexity, reason = "two lists of the same kind")]
@@ -254,51 +258,19 @@ fn present(
     Ok((wanted, before))
 }
 
-/// The next reply of cyclic mode.
-fn cyclic_mode(
-    session: &mut Session,
-    sampler: &Sampler,
-    sensor: Sensor,
-    time: Duration,
-) -> Result<Option<Message>, Error> {
-    let size = sampler.size();
-    let code = sampler.code();
-    let judge = |frame: &Frame| fsc::reply(frame, sensor, code?);
-    let reply = session.link.wait_for_at(time, judge)?;
-    // A reply to a request before cyclic mode was on has no counter.
-    Ok(reply.and_then(|(at, reply)| {
-        let counter = reply.data.get(size..size + 2).map(number)?;
-        Some(Message {
-            at,
-            numbers: sampler.decode(&reply)?.into_iter().map(Some).collect(),
-            status: Some(reply.status),
-            counter: Some(counter as u16),
-        })
-    }))
-}
-
-/// The period in ms with which a sensor sends by itself already.
-fn sends_already(kind: &Kind, before: &[(Entry, u32)]) -> Option<u32> {
-    match (kind, before) {
-        (Kind::Fsc(_), [(_, period), (_, 1)]) => Some(*period),
-        (Kind::J1939(_), [(_, period @ 1..)]) => Some(*period),
-        _ => None,
-    }
-}
-
 /// Where the values are in a message.
 #[derive(Clone, Debug)]
-struct Layout {
-    id: CanId,
+pub(crate) struct Layout {
+    pub id: CanId,
     /// The size of the data in bytes, at least.
-    size: usize,
+    pub size: usize,
     /// The first bit and the type of each value.
-    places: Vec<(u32, DataType)>,
+    pub places: Vec<(u32, DataType)>,
 }
 
 impl Layout {
     /// The values in a frame; None: it is another message.
-    fn decode(&self, frame: &Frame) -> Option<Vec<i64>> {
+    pub fn decode(&self, frame: &Frame) -> Option<Vec<i64>> {
         let bytes = frame.bytes();
         if frame.can_id() != self.id || frame.is_remote() || bytes.len() < self.size {
             return None;
@@ -315,7 +287,7 @@ impl Layout {
     }
 
     /// The next message of one of these layouts, with the time of its reception.
-    fn next(
+    pub fn next(
         layouts: &[Self],
         link: &mut Link,
         time: Duration,
@@ -327,7 +299,7 @@ impl Layout {
 
     /// The period of the messages with the first layout; None: they are too few or not regular. A message with another layout is one that
     /// can be sent on a change, so there is no period then.
-    fn period(layouts: &[Self], link: &mut Link) -> Result<Option<Duration>, Error> {
+    pub fn period(layouts: &[Self], link: &mut Link) -> Result<Option<Duration>, Error> {
         let (time, sufficient) = LISTENS;
         let until = after(link.now(), time);
         let mut times = Vec::new();

@@ -1,21 +1,15 @@
 //! Samples of the angles, by polling: the settings of the sensor stay as they are. In J1939 they are in the group SSI2, which the sensor
 //! broadcasts, or sends on request.
 
-pub mod ssi2;
-
 use crate::client::fsc;
 use crate::error::Error;
-use crate::master::{Ca, Target};
+use crate::master::fsc::tables as fsc_tables;
 use crate::number::Scale;
 use crate::session::Session;
 use crate::sheet::{Address, Entry};
-use plumbline::model::catalog::Protocol;
-use plumbline::param::{DataType, number};
+use plumbline::param::DataType;
 use plumbline::time::{Duration, Instant, after, millis};
 use serde_json::{Map, Number, Value, json};
-
-/// How long a broadcast is waited for before it is requested.
-const BROADCAST: Duration = millis(50);
 
 /// The longest wait without a check for Ctrl-C.
 const SLICE: Duration = millis(50);
@@ -32,7 +26,33 @@ pub struct Sample {
 }
 
 /// The numbers of a sample, and the status.
-type Read = (Vec<Option<i64>>, Option<u8>);
+pub type Read = (Vec<Option<i64>>, Option<u8>);
+
+/// Reads all angles of a sensor at once.
+pub trait Poller {
+    /// The angles that the sensor has, of those in its sheet.
+    ///
+    /// # Errors
+    /// Nobody answers, or the adapter fails.
+    fn begin(
+        &mut self,
+        _session: &mut Session,
+        angles: Vec<(Entry, Scale)>,
+    ) -> Result<Vec<(Entry, Scale)>, Error> {
+        Ok(angles)
+    }
+
+    /// Reads them.
+    ///
+    /// # Errors
+    /// The sensor refuses, nobody answers, or the adapter fails.
+    fn poll(&mut self, session: &mut Session, angles: &[(Entry, Scale)]) -> Result<Read, Error>;
+
+    /// Whether a sample has the status of the sensor.
+    fn has_status(&self) -> bool {
+        false
+    }
+}
 
 /// The slopes with 16 bits (CiA 410).
 const SHORT: [u16; 2] = [0x6010, 0x6020];
@@ -43,15 +63,11 @@ const LARGEST: f64 = 180.0;
 /// The angles of a sensor.
 pub struct Sampler {
     angles: Vec<(Entry, Scale)>,
-    /// All are in the reply to one function select code, with the status, or in one group of J1939.
-    in_one_reply: bool,
-    /// A sample has the status of the sensor.
-    has_status: bool,
+    /// What reads all at once; None: each is read by itself.
+    poller: Option<Box<dyn Poller>>,
     start: Instant,
     /// The place of the last poll on the grid of the period.
     place: Option<u64>,
-    /// J1939: nobody broadcasts the angles, so they are requested.
-    requests: bool,
     /// The samples that were read.
     pub printed: u64,
     /// The samples that are missing: polls without an answer, and polls whose time passed while the program waited for an earlier answer.
@@ -80,19 +96,11 @@ impl Sampler {
                 angles.filter_map(|id| sheet.value(*id)).cloned().collect()
             }
         };
-        let mut sampler = Self {
-            in_one_reply: matches!(session.target, Target::Fsc(_) | Target::J1939(_)),
-            has_status: matches!(session.target, Target::Fsc(_)),
-            ..Self::of(session, angles)?
-        };
-        if let Target::J1939(Ca(address)) = session.target {
-            let first = sampler.ssi2(session, address)?;
-            // A sensor with one axis has one angle. A sensor that measures nothing now does not tell the number of its axes.
-            let first = first.filter(|angles| angles.iter().any(Option::is_some));
-            let measured = |place: usize| first.is_none_or(|angles| angles[place].is_some());
-            let angles = sampler.angles.into_iter().zip(0..ssi2::COUNT);
-            let angles = angles.filter(|(_, place)| measured(*place));
-            sampler.angles = angles.map(|((entry, _), _)| (entry, ssi2::FINE)).collect();
+        let mut sampler = Self::of(session, angles)?;
+        let target = session.target;
+        if let Some(mut poller) = target.poller() {
+            sampler.angles = poller.begin(session, sampler.angles)?;
+            sampler.poller = Some(poller);
         }
         sampler.start = session.link.now();
         Ok(sampler)
@@ -109,12 +117,10 @@ impl Sampler {
             angles.push((entry, scale));
         }
         Ok(Self {
-            in_one_reply: false,
-            has_status: false,
+            poller: None,
             angles,
             start: session.link.now(),
             place: None,
-            requests: false,
             printed: 0,
             lost: 0,
             invalid: 0,
@@ -149,10 +155,9 @@ impl Sampler {
         let next = self.place.map_or(0, |last| last + 1);
         self.lost += place.saturating_sub(next);
         self.place = Some(place);
-        let read = match session.target {
-            Target::Fsc(sensor) if self.in_one_reply => self.poll_fsc(session, sensor),
-            Target::J1939(Ca(address)) if self.in_one_reply => self.poll_j1939(session, address),
-            _ => self.poll_each(session),
+        let read = match &mut self.poller {
+            Some(poller) => poller.poll(session, &self.angles),
+            None => self.poll_each(session),
         };
         match read {
             Ok((numbers, status)) => {
@@ -183,61 +188,6 @@ impl Sampler {
         numbers
     }
 
-    /// All angles are in one reply.
-    fn poll_fsc(&self, session: &mut Session, sensor: fsc::Sensor) -> Result<Read, Error> {
-        let silent = || Error::silent("no-answer", "the sensor does not answer");
-        let code = self.code().ok_or_else(silent)?;
-        let reply =
-            fsc::ask(&mut session.link, sensor, code, &[], fsc::ANSWER)?.ok_or_else(silent)?;
-        let numbers = self.decode(&reply).ok_or_else(silent)?;
-        Ok((numbers.into_iter().map(Some).collect(), Some(reply.status)))
-    }
-
-    /// The code of the request for the angles.
-    pub(crate) fn code(&self) -> Option<u8> {
-        let (entry, _) = self.angles.first()?;
-        match entry.address {
-            Address::Fsc { read, .. } => Some(read),
-            _ => None,
-        }
-    }
-
-    /// The bytes of the angles in a reply. Behind them is the counter of cyclic mode.
-    pub(crate) fn size(&self) -> usize {
-        let ends = self.angles.iter().map(|(entry, _)| match entry.address {
-            Address::Fsc { offset, .. } => offset + entry.data_type.size(),
-            _ => 0,
-        });
-        ends.max().unwrap_or(0).into()
-    }
-
-    /// The angles in a reply; None: it is too short.
-    pub(crate) fn decode(&self, reply: &fsc::Reply) -> Option<Vec<i64>> {
-        angles_in(reply, self.angles.iter().map(|(entry, _)| entry))
-    }
-
-    fn poll_j1939(&mut self, session: &mut Session, address: u8) -> Result<Read, Error> {
-        let silent = || Error::silent("no-answer", "the sensor does not send its angles");
-        let angles = self.ssi2(session, address)?.ok_or_else(silent)?;
-        Ok((self.of_group(angles), None))
-    }
-
-    /// The angles of SSI2 that this sensor has.
-    pub(crate) fn of_group(&self, angles: ssi2::Angles) -> Vec<Option<i64>> {
-        angles.into_iter().take(self.angles.len()).collect()
-    }
-
-    fn ssi2(&mut self, session: &mut Session, address: u8) -> Result<Option<ssi2::Angles>, Error> {
-        let link = &mut session.link;
-        if !self.requests {
-            if let Some(angles) = ssi2::broadcast(link, address, BROADCAST)? {
-                return Ok(Some(angles));
-            }
-            self.requests = true;
-        }
-        ssi2::request(link, address)
-    }
-
     fn poll_each(&self, session: &mut Session) -> Result<Read, Error> {
         let mut numbers = Vec::new();
         for (entry, _) in &self.angles {
@@ -255,7 +205,11 @@ impl Sampler {
                 unit => format!("{}_{unit}", entry.name),
             });
         }
-        if self.has_status {
+        if self
+            .poller
+            .as_ref()
+            .is_some_and(|poller| poller.has_status())
+        {
             columns.push("status".to_owned());
         }
         columns.join(",")
@@ -359,24 +313,6 @@ impl Sampler {
     }
 }
 
-/// The angles in the reply to a function select code; None: it is too short.
-pub(crate) fn angles_in<'a>(
-    reply: &fsc::Reply,
-    angles: impl Iterator<Item = &'a Entry>,
-) -> Option<Vec<i64>> {
-    let angles = angles.map(|entry| {
-        let Address::Fsc { offset, .. } = entry.address else {
-            return None;
-        };
-        let from = usize::from(offset);
-        let bytes = reply
-            .data
-            .get(from..from + usize::from(entry.data_type.size()))?;
-        Some(entry.data_type.value(number(bytes)))
-    });
-    angles.collect()
-}
-
 /// Whether a number is the end of 16 bits that have no room for all angles: the sensor sends it for larger ones too.
 fn is_clipped(entry: &Entry, scale: &Scale, number: i64) -> bool {
     let is_short = matches!(entry.address, Address::Object { index, sub: 0 } if SHORT.contains(&index))
@@ -395,8 +331,8 @@ fn seconds(time: Duration) -> String {
 
 /// The names of the bits of the status byte.
 fn status(session: &Session, sample: &Sample) -> Vec<&'static str> {
-    match (&session.sheet.product.protocol, sample.status) {
-        (Protocol::Fsc(tables), Some(status)) => fsc::names(&tables.status, status),
+    match (fsc_tables(session.sheet.product), sample.status) {
+        (Some(tables), Some(status)) => fsc::names(&tables.status, status),
         _ => Vec::new(),
     }
 }

@@ -15,9 +15,12 @@ pub use roles::{Codes, Roles, Storing, factory_rate, factory_target, factory_tar
 use crate::client::Link;
 use crate::client::devicenet::Slave;
 use crate::client::fsc::Sensor;
+use crate::cyclic::{Source, Started};
 use crate::error::Error;
 use crate::identify::Found;
 use crate::ops::identity::Values;
+use crate::output::Terminal;
+use crate::sample::{Poller, Sampler};
 use crate::scan::listen;
 use crate::session::Session;
 use crate::sheet::Entry;
@@ -172,6 +175,31 @@ pub trait Master {
     /// # Errors
     /// Nobody answers, or the adapter fails.
     fn identity(&self, session: &mut Session) -> Result<Values, Error>;
+
+    /// Lets the sensor send its angles with a period of `every` ms. The sampler gets the values that the sensor sends.
+    ///
+    /// # Errors
+    /// The sensor cannot do it, refuses it, nobody answers, or the adapter fails.
+    fn stream(
+        &self,
+        session: &mut Session,
+        sampler: &mut Sampler,
+        every: u32,
+        terminal: &mut Terminal,
+    ) -> Result<Started, Error>;
+
+    /// The messages in which the sensor sends its angles by itself; None: it does not, as it is set.
+    ///
+    /// # Errors
+    /// Nobody answers, or the adapter fails.
+    fn source(&self, _session: &mut Session, _sampler: &Sampler) -> Result<Option<Source>, Error> {
+        Ok(None)
+    }
+
+    /// What reads all angles at once; None: each is read by itself.
+    fn poller(&self) -> Option<Box<dyn Poller>> {
+        None
+    }
 
     /// Sends one request of the user, and returns the bytes of its answer.
     ///

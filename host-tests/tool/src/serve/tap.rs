@@ -2,7 +2,7 @@
 //! noticed here, so that none is lost while a command waits for its answer.
 
 use crate::cyclic::Message;
-use crate::cyclic::source::Source;
+use crate::cyclic::Source;
 use plumbline::can::Frame;
 use plumbline::time::Instant;
 use serde_json::{Value, json};
@@ -45,7 +45,7 @@ impl Tap {
         self.received += 1;
         self.note(at, frame, false);
         for (source, messages) in self.sources.values_mut() {
-            if let Some(message) = source.message(at, frame) {
+            if let Some(message) = (source.message)(at, frame) {
                 if messages.len() == MESSAGES {
                     messages.pop_front();
                 }

@@ -1,5 +1,6 @@
 //! CANopen.
 
+mod cyclic;
 mod identify;
 mod identity;
 pub(super) mod raw;
@@ -10,9 +11,12 @@ pub(super) use session::{commands, load, loads_at_restart, object, own, read, sa
 use super::{Master, Protocol, Roles, Storing, Target};
 use crate::client::Link;
 use crate::client::sdo::Answer;
+use crate::cyclic::{Source, Started};
 use crate::error::Error;
 use crate::identify::Found;
 use crate::ops::identity::Values;
+use crate::output::Terminal;
+use crate::sample::Sampler;
 use crate::session::Session;
 use crate::sheet::Entry;
 use plumbline::can::{BitRate, CanId};
@@ -126,6 +130,20 @@ impl Master for Node {
 
     fn identity(&self, session: &mut Session) -> Result<Values, Error> {
         identity::told(session, self.server())
+    }
+
+    fn stream(
+        &self,
+        session: &mut Session,
+        sampler: &mut Sampler,
+        every: u32,
+        terminal: &mut Terminal,
+    ) -> Result<Started, Error> {
+        cyclic::start(session, self.0, sampler, every, terminal)
+    }
+
+    fn source(&self, session: &mut Session, sampler: &Sampler) -> Result<Option<Source>, Error> {
+        cyclic::source(session, self.0, sampler)
     }
 
     fn raw(&self, link: &mut Link, request: &str) -> Result<Vec<u8>, Error> {

@@ -1,6 +1,7 @@
 //! DeviceNet.
 
 mod connection;
+mod cyclic;
 mod identify;
 mod identity;
 
@@ -10,11 +11,15 @@ pub(crate) use identify::owned;
 use super::{Master, Protocol, Roles, Storing, Target};
 use crate::client::devicenet::{Path, Slave};
 use crate::client::{Link, sdo};
+use crate::cyclic::Started;
 use crate::error::Error;
 use crate::identify::Found;
 use crate::ops::identity::Values;
 use crate::ops::raw::{bad, bytes};
+use crate::output::Terminal;
+use crate::sample::Sampler;
 use crate::session::Session;
+use crate::session::unexpected;
 use crate::sheet::Entry;
 use plumbline::can::CanId;
 use plumbline::devicenet::identifiers::group_2_id;
@@ -104,6 +109,17 @@ impl Master for Slave {
 
     fn identity(&self, session: &mut Session) -> Result<Values, Error> {
         identity::told(session, *self)
+    }
+
+    fn stream(
+        &self,
+        session: &mut Session,
+        sampler: &mut Sampler,
+        every: u32,
+        terminal: &mut Terminal,
+    ) -> Result<Started, Error> {
+        let tables = tables(session.sheet.product).ok_or_else(|| unexpected("an assembly"))?;
+        cyclic::start(session, (*self, tables), sampler, every, terminal)
     }
 
     fn raw(&self, link: &mut Link, request: &str) -> Result<Vec<u8>, Error> {

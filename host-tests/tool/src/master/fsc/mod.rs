@@ -1,5 +1,6 @@
 //! GEMAC function select codes.
 
+mod angles;
 mod identify;
 mod raw;
 mod session;
@@ -7,12 +8,17 @@ mod session;
 use super::{Master, Protocol, Roles, Storing, Target};
 use crate::client::Link;
 use crate::client::fsc::{Sensor, shown};
+use crate::cyclic::{Source, Started};
 use crate::error::Error;
 use crate::identify::Found;
 use crate::number::identifier;
 use crate::ops::identity::Values;
+use crate::output::Terminal;
+use crate::sample::{Poller, Sampler};
 use crate::session::Session;
+use crate::session::unexpected;
 use crate::sheet::Entry;
+use angles::Angles;
 use plumbline::can::CanId;
 use plumbline::fsc::table::Operation;
 use plumbline::model::catalog::{self, PRODUCTS, Product};
@@ -128,6 +134,26 @@ impl Master for Sensor {
 
     fn identity(&self, session: &mut Session) -> Result<Values, Error> {
         self.told(session)
+    }
+
+    fn stream(
+        &self,
+        session: &mut Session,
+        sampler: &mut Sampler,
+        every: u32,
+        _terminal: &mut Terminal,
+    ) -> Result<Started, Error> {
+        let angles = Angles::of(*self, sampler.entries());
+        let angles = angles.ok_or_else(|| unexpected("the angles"))?;
+        angles.start(session, every)
+    }
+
+    fn source(&self, _session: &mut Session, sampler: &Sampler) -> Result<Option<Source>, Error> {
+        Ok(Angles::of(*self, sampler.entries()).map(Angles::source))
+    }
+
+    fn poller(&self) -> Option<Box<dyn Poller>> {
+        Some(Box::new(angles::Polled(*self)))
     }
 
     fn raw(&self, link: &mut Link, request: &str) -> Result<Vec<u8>, Error> {

@@ -1,16 +1,21 @@
 //! J1939. The parameters of a sensor are the objects of its CANopen dictionary.
 
 pub mod address;
+mod cyclic;
 mod identify;
 mod identity;
 mod raw;
 mod session;
+mod ssi2;
 
 use super::{Master, Protocol, Roles, Storing, Target, canopen};
 use crate::client::{Link, j1939};
+use crate::cyclic::{Source, Started};
 use crate::error::Error;
 use crate::identify::Found;
 use crate::ops::identity::Values;
+use crate::output::Terminal;
+use crate::sample::{Poller, Sampler};
 use crate::session::Session;
 use crate::sheet::Entry;
 use plumbline::model::catalog::{self, Product};
@@ -100,6 +105,24 @@ impl Master for Ca {
 
     fn identity(&self, session: &mut Session) -> Result<Values, Error> {
         identity::told(session, self.0)
+    }
+
+    fn stream(
+        &self,
+        session: &mut Session,
+        _sampler: &mut Sampler,
+        every: u32,
+        _terminal: &mut Terminal,
+    ) -> Result<Started, Error> {
+        Ok(cyclic::Sender::new(self.0).start(session, every))
+    }
+
+    fn source(&self, _session: &mut Session, sampler: &Sampler) -> Result<Option<Source>, Error> {
+        Ok(Some(cyclic::source(self.0, sampler.entries().len())))
+    }
+
+    fn poller(&self) -> Option<Box<dyn Poller>> {
+        Some(Box::new(ssi2::Polled::new(self.0)))
     }
 
     fn raw(&self, link: &mut Link, request: &str) -> Result<Vec<u8>, Error> {

@@ -2,7 +2,6 @@
 
 use super::Live;
 use crate::cyclic::Message;
-use crate::cyclic::source::Source;
 use crate::error::{Error, Kind as Refusal};
 use crate::sample::{Sample, Sampler};
 use crate::serve::events::Hub;
@@ -19,7 +18,10 @@ impl Live {
     pub(super) fn follow(&mut self) -> Result<(), Error> {
         self.pace.restart();
         let source = match &self.sampler {
-            Some(sampler) => Source::of(&mut self.session, sampler),
+            Some(sampler) => {
+                let target = self.session.target;
+                target.source(&mut self.session, sampler)
+            }
             None => Ok(None),
         };
         let source = match source {

@@ -5,15 +5,17 @@
 //!  18EEFF<node>   NAME          a claim without such a request: the sensor was switched off and on
 //! ```
 
-use super::Message;
+use super::ssi2::{self, Angles};
+use super::tables;
 use crate::client::j1939;
+use crate::cyclic::{Message, Source, Started, Stream};
 use crate::error::{Error, Kind};
 use crate::sample::Sampler;
-use crate::sample::ssi2::{self, Angles};
 use crate::session::Session;
 use crate::sheet::Entry;
 use plumbline::can::Frame;
-use plumbline::time::{Duration, Instant, after};
+use plumbline::param::Setting;
+use plumbline::time::{Duration, Instant, after, millis};
 
 /// The sensor whose process data is received.
 #[derive(Debug)]
@@ -42,11 +44,34 @@ impl Sender {
         }
     }
 
+    /// The broadcast with this period in ms.
+    pub(super) fn start(self, session: &Session, every: u32) -> Started {
+        let tables = tables(session.sheet.product);
+        let rate = tables.and_then(|tables| match (tables.settings)(0) {
+            Some((Setting::Parameter(rate), _)) => Some((rate, every)),
+            _ => None,
+        });
+        Started {
+            stream: Box::new(self),
+            every: Some(millis(every)),
+            settings: rate.into_iter().collect(),
+        }
+    }
+
+    fn judge(&self, frame: &Frame) -> Option<Heard> {
+        if let Some(angles) = ssi2::of(frame, self.address) {
+            return Some(Heard::Angles(angles));
+        }
+        if j1939::is_request_for_claim(frame, self.address) {
+            return Some(Heard::Request);
+        }
+        j1939::is_claim_of(frame, self.address).then_some(Heard::Claim)
+    }
+}
+
+impl Stream for Sender {
     /// The next broadcast. After a restart the sensor sends with its stored period.
-    ///
-    /// # Errors
-    /// The settings in `wanted` are from before the restart, or the adapter fails.
-    pub(super) fn next(
+    fn next(
         &mut self,
         session: &mut Session,
         sampler: &Sampler,
@@ -66,12 +91,7 @@ impl Sender {
             };
             match heard {
                 Heard::Angles(angles) => {
-                    return Ok(Some(Message {
-                        at,
-                        numbers: sampler.of_group(angles),
-                        status: None,
-                        counter: None,
-                    }));
+                    return Ok(Some(message(at, angles, sampler.entries().len())));
                 }
                 Heard::Request => self.asked_until = Some(after(at, j1939::ANSWER)),
                 Heard::Claim if self.asked_until.is_some_and(|until| at < until) => {}
@@ -83,14 +103,30 @@ impl Sender {
         }
     }
 
-    fn judge(&self, frame: &Frame) -> Option<Heard> {
-        if let Some(angles) = ssi2::of(frame, self.address) {
-            return Some(Heard::Angles(angles));
+    fn period(&self, before: &[(Entry, u32)]) -> Option<u32> {
+        match before {
+            [(_, period @ 1..)] => Some(*period),
+            _ => None,
         }
-        if j1939::is_request_for_claim(frame, self.address) {
-            return Some(Heard::Request);
-        }
-        j1939::is_claim_of(frame, self.address).then_some(Heard::Claim)
+    }
+}
+
+/// The broadcasts of a sensor with some angles.
+pub(super) fn source(address: u8, count: usize) -> Source {
+    Source {
+        message: Box::new(move |at, frame| {
+            let angles = ssi2::of(frame, address);
+            angles.map(|angles| message(at, angles, count))
+        }),
+        others: None,
+    }
+}
+
+/// The first angles of a group, as many as the sensor has.
+fn message(at: Instant, angles: Angles, count: usize) -> Message {
+    Message {
+        numbers: angles.into_iter().take(count).collect(),
+        ..Message::plain((at, Vec::new()))
     }
 }
 

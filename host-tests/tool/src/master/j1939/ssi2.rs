@@ -3,10 +3,13 @@
 use crate::client::{Link, j1939};
 use crate::error::Error;
 use crate::number::Scale;
+use crate::sample::{Poller, Read};
+use crate::session::Session;
+use crate::sheet::Entry;
 use plumbline::can::Frame;
 use plumbline::j1939::groups;
 use plumbline::j1939::signal::{Contents, Source};
-use plumbline::time::Duration;
+use plumbline::time::{Duration, millis};
 
 /// The number of angles: pitch and roll.
 pub const COUNT: usize = 2;
@@ -21,11 +24,62 @@ pub const FINE: Scale = Scale {
 /// The angles in the unit of [`FINE`], each None if it is not available.
 pub type Angles = [Option<i64>; COUNT];
 
+/// How long a broadcast is waited for before it is requested.
+const BROADCAST: Duration = millis(50);
+
+/// Polls the angles.
+pub(super) struct Polled {
+    address: u8,
+    /// Nobody broadcasts the angles, so they are requested.
+    requests: bool,
+}
+
+impl Polled {
+    pub(super) fn new(address: u8) -> Self {
+        Self {
+            address,
+            requests: false,
+        }
+    }
+
+    fn read(&mut self, link: &mut Link) -> Result<Option<Angles>, Error> {
+        if !self.requests {
+            if let Some(angles) = broadcast(link, self.address, BROADCAST)? {
+                return Ok(Some(angles));
+            }
+            self.requests = true;
+        }
+        request(link, self.address)
+    }
+}
+
+impl Poller for Polled {
+    fn begin(
+        &mut self,
+        session: &mut Session,
+        angles: Vec<(Entry, Scale)>,
+    ) -> Result<Vec<(Entry, Scale)>, Error> {
+        let first = self.read(&mut session.link)?;
+        // A sensor with one axis has one angle. A sensor that measures nothing now does not tell the number of its axes.
+        let first = first.filter(|angles| angles.iter().any(Option::is_some));
+        let measured = |place: usize| first.is_none_or(|angles| angles[place].is_some());
+        let angles = angles.into_iter().zip(0..COUNT);
+        let angles = angles.filter(|(_, place)| measured(*place));
+        Ok(angles.map(|((entry, _), _)| (entry, FINE)).collect())
+    }
+
+    fn poll(&mut self, session: &mut Session, angles: &[(Entry, Scale)]) -> Result<Read, Error> {
+        let silent = || Error::silent("no-answer", "the sensor does not send its angles");
+        let read = self.read(&mut session.link)?.ok_or_else(silent)?;
+        Ok((read.into_iter().take(angles.len()).collect(), None))
+    }
+}
+
 /// The angles of the next broadcast; None: it did not come in this time.
 ///
 /// # Errors
 /// The adapter fails.
-pub fn broadcast(link: &mut Link, address: u8, time: Duration) -> Result<Option<Angles>, Error> {
+fn broadcast(link: &mut Link, address: u8, time: Duration) -> Result<Option<Angles>, Error> {
     link.wait_for(time, |frame| of(frame, address))
 }
 
@@ -39,7 +93,7 @@ pub fn of(frame: &Frame, address: u8) -> Option<Angles> {
 ///
 /// # Errors
 /// The errors of [`j1939::get`].
-pub(super) fn request(link: &mut Link, address: u8) -> Result<Option<Angles>, Error> {
+fn request(link: &mut Link, address: u8) -> Result<Option<Angles>, Error> {
     let [group, ..] = groups::GROUPS;
     Ok(match j1939::get(link, address, group.pgn)? {
         j1939::Answer::Data(data) => angles(&data),

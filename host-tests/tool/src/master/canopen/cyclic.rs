@@ -6,10 +6,10 @@
 
 mod tpdo;
 
-use super::{LISTENS, Layout, SLICE};
 use crate::client::nmt::{self, State};
 use crate::client::sdo::{Answer, Server};
 use crate::client::{Link, stopped};
+use crate::cyclic::{LISTENS, Layout, Message, NOT_PUT_BACK, SLICE, Source, Started, Stream};
 use crate::error::Error;
 use crate::output::Terminal;
 use crate::question::Question;
@@ -18,7 +18,7 @@ use crate::session::Session;
 use crate::sheet::{Address, Entry};
 use plumbline::can::{CanId, Frame};
 use plumbline::canopen::cob_id::DISABLED;
-use plumbline::time::{Duration, Instant, after, millis};
+use plumbline::time::{Duration, after, millis};
 use tpdo::{COB_ID, COMMUNICATION, EVENT, MAPPING, Tpdo, mapped, read};
 
 /// The permitted delay of a TPDO.
@@ -54,7 +54,7 @@ pub(super) fn start(
     sampler: &mut Sampler,
     every: u32,
     terminal: &mut Terminal,
-) -> Result<(Pdo, Option<Duration>), Error> {
+) -> Result<Started, Error> {
     let mut tpdos = Vec::new();
     for number in numbers(session) {
         tpdos.extend(Tpdo::read(&mut session.link, node, number)?);
@@ -97,11 +97,11 @@ pub(super) fn start(
     if let Err(failure) = pdo.switch_on(session, wanted) {
         // The cause is the failure of the write.
         if pdo.stop(session).is_err() {
-            session.note(super::NOT_PUT_BACK);
+            session.note(NOT_PUT_BACK);
         }
         return Err(failure);
     }
-    Ok((pdo, Some(millis(every))))
+    Ok(started(pdo, Some(millis(every))))
 }
 
 /// A TPDO that is on, if it has all values of one of these sets.
@@ -110,17 +110,25 @@ fn fitting(tpdo: &Tpdo, sets: &[Vec<Entry>]) -> Option<Sent> {
     sets.find_map(|set| Some(Sent(tpdo.clone(), set.clone(), tpdo.layout(set)?)))
 }
 
-/// The angles in the first TPDO that is on and has all of them, and their places.
-pub(super) fn sent(
+/// The first TPDO that is on and has all angles.
+pub(super) fn source(
     session: &mut Session,
     node: u8,
     sampler: &Sampler,
-) -> Result<Option<(Vec<Entry>, Layout)>, Error> {
+) -> Result<Option<Source>, Error> {
     let sets = sets(session, sampler);
     for number in numbers(session) {
         let tpdo = Tpdo::read_on(&mut session.link, node, number)?;
         if let Some(Sent(_, set, layout)) = tpdo.and_then(|tpdo| fitting(&tpdo, &sets)) {
-            return Ok(Some((set, layout)));
+            let own = sampler.entries().into_iter().map(|own| own.address);
+            let is_own = own.eq(set.iter().map(|own| own.address));
+            return Ok(Some(Source {
+                message: Box::new(move |at, frame| {
+                    let angles = layout.decode(frame);
+                    angles.map(|angles| Message::plain((at, angles)))
+                }),
+                others: Some(set).filter(|_| !is_own),
+            }));
         }
     }
     Ok(None)
@@ -133,7 +141,7 @@ fn listened(
     sampler: &mut Sampler,
     Sent(tpdo, set, layout): &Sent,
     terminal: &mut Terminal,
-) -> Result<(Pdo, Option<Duration>), Error> {
+) -> Result<Started, Error> {
     let every = match tpdo.period() {
         Some(every) => Some(every),
         None if tpdo.has_sync() => Layout::period(std::slice::from_ref(layout), &mut session.link)?,
@@ -146,7 +154,15 @@ fn listened(
         layout: layout.clone(),
         before: None,
     };
-    Ok((pdo, every))
+    Ok(started(pdo, every))
+}
+
+fn started(pdo: Pdo, every: Option<Duration>) -> Started {
+    Started {
+        stream: Box::new(pdo),
+        every,
+        settings: Vec::new(),
+    }
 }
 
 /// Asks whether a TPDO that is on can be changed.
@@ -320,9 +336,11 @@ impl Pdo {
         }
         Ok(())
     }
+}
 
+impl Stream for Pdo {
     /// Puts back what was before.
-    pub(super) fn stop(&mut self, session: &mut Session) -> Result<(), Error> {
+    fn stop(&mut self, session: &mut Session) -> Result<(), Error> {
         let Some(before) = self.before.take() else {
             return Ok(());
         };
@@ -342,12 +360,15 @@ impl Pdo {
         done
     }
 
-    /// The next angles, with the time of their reception.
-    pub(super) fn next(
-        &self,
-        link: &mut Link,
+    fn next(
+        &mut self,
+        session: &mut Session,
+        _sampler: &Sampler,
+        _wanted: &[(Entry, u32)],
         time: Duration,
-    ) -> Result<Option<(Instant, Vec<i64>)>, Error> {
-        Layout::next(std::slice::from_ref(&self.layout), link, time)
+    ) -> Result<Option<Message>, Error> {
+        let layouts = std::slice::from_ref(&self.layout);
+        let message = Layout::next(layouts, &mut session.link, time)?;
+        Ok(message.map(Message::plain))
     }
 }

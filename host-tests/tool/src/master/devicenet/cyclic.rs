@@ -10,9 +10,9 @@
 //!  340h + MAC ID       the same                                              change of state, cyclic
 //! ```
 
-use super::Layout;
 use crate::client::Link;
 use crate::client::devicenet::{Path, Slave};
+use crate::cyclic::{LISTENS, Layout, Message, Started, Stream};
 use crate::error::{Error, Kind};
 use crate::output::Terminal;
 use crate::sample::Sampler;
@@ -37,7 +37,7 @@ const LEAST: u32 = 1000;
 const WAITING: (usize, Duration) = (8, millis(50));
 
 /// The connection could not be released.
-pub(super) const NOT_RELEASED: &str = "the connection to the sensor could not be released: the sensor releases the connection by itself after four times --every, and not before 10 s";
+const NOT_RELEASED: &str = "the connection to the sensor could not be released: the sensor releases the connection by itself after four times --every, and not before 10 s";
 
 /// The I/O messages that are received.
 pub(super) struct Io {
@@ -66,7 +66,7 @@ pub(super) fn start(
     sampler: &mut Sampler,
     every: u32,
     terminal: &mut Terminal,
-) -> Result<(Io, Option<Duration>), Error> {
+) -> Result<Started, Error> {
     if session.only_listens {
         return listened(session, (slave, tables), sampler, terminal);
     }
@@ -98,7 +98,7 @@ pub(super) fn start(
         let _ = io.stop(session);
         return Err(failure);
     }
-    Ok((io, Some(millis(every))))
+    Ok(started(io, Some(millis(every))))
 }
 
 /// The places of the angles in an assembly. The sampler keeps the angles that are in the assembly; None: the assembly has no angle.
@@ -142,8 +142,8 @@ fn listened(
     (slave, tables): (Slave, &Tables),
     sampler: &mut Sampler,
     terminal: &mut Terminal,
-) -> Result<(Io, Option<Duration>), Error> {
-    let (longest, _) = super::LISTENS;
+) -> Result<Started, Error> {
+    let (longest, _) = LISTENS;
     let size = session.link.wait_for(longest, |frame| {
         let is_io = slave.io().contains(&frame.can_id()) && !frame.is_remote();
         is_io.then(|| frame.bytes().len()).filter(|size| *size > 0)
@@ -183,7 +183,15 @@ fn listened(
         "another master owns the sensor: it is only listened to, nothing is sent. Its messages {every_text}; they are taken as {}, with the resolution as delivered",
         names.join(" and ")
     ));
-    Ok((io, every))
+    Ok(started(io, every))
+}
+
+fn started(io: Io, every: Option<Duration>) -> Started {
+    Started {
+        stream: Box::new(io),
+        every,
+        settings: Vec::new(),
+    }
 }
 
 impl Io {
@@ -207,23 +215,8 @@ impl Io {
         Ok(())
     }
 
-    pub(super) fn stop(&mut self, session: &mut Session) -> Result<(), Error> {
-        match self.polls.take() {
-            Some(_) => self.slave.release_poll(&mut session.link),
-            None => Ok(()),
-        }
-    }
-
-    /// The polls that must have been answered; None: another master polls.
-    pub(super) fn polled(&self, now: Instant) -> Option<u64> {
-        let polls = self.polls.as_ref()?;
-        let passed = now.ticks().saturating_sub(polls.last.ticks());
-        let is_waiting = polls.waiting > 0 && passed < polls.every.ticks();
-        Some(polls.count - u64::from(is_waiting))
-    }
-
     /// The next angles until then, with the time of their reception. Polls when it is time.
-    pub(super) fn next(
+    fn receive(
         &mut self,
         link: &mut Link,
         until: Instant,
@@ -265,6 +258,38 @@ impl Io {
     }
 }
 
+impl Stream for Io {
+    fn stop(&mut self, session: &mut Session) -> Result<(), Error> {
+        match self.polls.take() {
+            Some(_) => self.slave.release_poll(&mut session.link),
+            None => Ok(()),
+        }
+    }
+
+    fn polled(&self, now: Instant) -> Option<u64> {
+        let polls = self.polls.as_ref()?;
+        let passed = now.ticks().saturating_sub(polls.last.ticks());
+        let is_waiting = polls.waiting > 0 && passed < polls.every.ticks();
+        Some(polls.count - u64::from(is_waiting))
+    }
+
+    fn next(
+        &mut self,
+        session: &mut Session,
+        _sampler: &Sampler,
+        _wanted: &[(Entry, u32)],
+        time: Duration,
+    ) -> Result<Option<Message>, Error> {
+        let until = after(session.link.now(), time);
+        let message = self.receive(&mut session.link, until)?;
+        Ok(message.map(Message::plain))
+    }
+
+    fn left(&self) -> &'static str {
+        NOT_RELEASED
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -292,7 +317,7 @@ mod tests {
             let mut slices = 0;
             while link.now() < after(start, millis(1000)) {
                 let until = after(link.now(), millis(50));
-                assert_eq!(io.next(&mut link, until).unwrap(), None);
+                assert_eq!(io.receive(&mut link, until).unwrap(), None);
                 slices += 1;
             }
             assert!(slices <= 20, "{late}: {slices}");
