@@ -40,22 +40,18 @@ impl Mailboxes {
 }
 
 impl driver::Mailboxes for Mailboxes {
-    #[inline(always)]
     fn now(&self) -> Instant {
         clock::now()
     }
 
-    #[inline(always)]
     fn is_idle(&self) -> bool {
         transmit::is_idle()
     }
 
-    #[inline(always)]
     fn has_room(&self) -> bool {
         transmit::has_room()
     }
 
-    #[inline(always)]
     fn put(&mut self, frame: &Frame, once: bool) {
         if once || self.once.is_some() {
             transmit::set_single_attempt(once);
@@ -65,7 +61,6 @@ impl driver::Mailboxes for Mailboxes {
         transmit::put(frame);
     }
 
-    #[inline(always)]
     fn abort(&mut self) {
         self.aborted = true;
         transmit::abort_all();
