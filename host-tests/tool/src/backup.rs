@@ -24,10 +24,9 @@ pub use file::write_file;
 use crate::eds::shown;
 use crate::error::Error;
 use crate::identify::{Found, product};
-use crate::master::{Node, Target};
+use crate::master::canopen::tables;
 use crate::number::Scale;
 use crate::sheet::{Entry, Origin, Sheet, parameters};
-use plumbline::model::catalog::Protocol;
 use plumbline::param::ParameterId;
 use std::path::Path;
 use toml::{Table, Value};
@@ -67,10 +66,10 @@ impl Backup {
             article: found.article.clone(),
             serial: found.serial,
             firmware: found.firmware.clone(),
-            node_id: match found.target {
-                Target::Canopen(Node(node)) if sheet.data_sheet.is_some() => Some(node),
-                _ => None,
-            },
+            node_id: found
+                .target
+                .node_id()
+                .filter(|_| sheet.data_sheet.is_some()),
             label: found.label.clone(),
             texts: Vec::new(),
             values: Vec::new(),
@@ -208,9 +207,7 @@ impl Backup {
 
     /// The node-ID in the file.
     pub fn node(&self) -> Option<u8> {
-        let Protocol::Canopen(tables) = &self.sheet.product.protocol else {
-            return None;
-        };
+        let tables = tables(self.sheet.product)?;
         let wanted = Origin::Parameter(tables.node_id);
         let own = self.values.iter().find(|(entry, _)| entry.origin == wanted);
         own.and_then(|(_, raw)| u8::try_from(*raw).ok())

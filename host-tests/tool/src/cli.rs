@@ -1,6 +1,7 @@
 //! The command line.
 
 use crate::known::{known, parameters, products, rates, text};
+use crate::master::Addresses;
 use crate::ops::Request;
 use crate::question::Name;
 use crate::scan::kbits;
@@ -37,18 +38,9 @@ pub struct Options {
     /// The bit rate in kbit/s [default: listens for it]
     #[arg(long, global = true, value_name = "KBITS", value_parser = known(bench::bit_rate, rates))]
     pub rate: Option<BitRate>,
-    /// The Set-Parameter-ID of a GEMAC sensor, hexadecimal: 300, or 8 digits for 29 bits
-    #[arg(long, global = true, value_name = "HEX")]
-    pub id: Option<String>,
-    /// The node-ID of a CANopen sensor
-    #[arg(long, global = true, value_name = "N")]
-    pub node: Option<u8>,
-    /// The MAC ID of a DeviceNet sensor
-    #[arg(long, global = true, value_name = "N")]
-    pub mac: Option<u8>,
-    /// The address of a sensor in J1939
-    #[arg(long, global = true, value_name = "N")]
-    pub address: Option<u8>,
+    /// The address of the sensor
+    #[command(flatten)]
+    pub sensor: Addresses,
     /// The product, if the sensor does not say it
     #[arg(long, global = true, value_name = "NAME", value_parser = known(text, products))]
     pub product: Option<String>,

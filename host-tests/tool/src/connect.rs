@@ -3,7 +3,7 @@
 mod product;
 mod wanted;
 
-pub use wanted::{Wanted, target};
+pub use wanted::Wanted;
 
 use crate::adapter::Adapter;
 use crate::client::Link;
@@ -338,22 +338,18 @@ pub(crate) fn silent(targets: &[Target], rates: &[Option<BitRate>]) -> Error {
 
 /// Whether a sensor is the one of the user. A boot-up message can come from another sensor.
 fn is_wanted(found: &Found, wanted: &Wanted) -> bool {
-    match (found.target, wanted.target) {
-        (Target::Fsc(found), Some(Target::Fsc(wanted))) => found.request == wanted.request,
-        (Target::Fsc(_), Some(_)) => false,
-        (_, Some(_)) => true,
-        (_, None) => wanted
-            .product
-            .is_none_or(|product| found.target.protocol().is_of(product)),
+    match wanted.target {
+        Some(wanted) => found.target.is_at(wanted),
+        None => is_of(found.target, wanted.product),
     }
 }
 
 /// Whether a sensor that was heard can be the one of the user. Others are not asked.
 fn may_be_wanted(heard: Sensor, wanted: &Wanted) -> bool {
+    let heard = Target::Fsc(heard);
     match wanted.target {
-        Some(Target::Fsc(wanted)) => heard.request == wanted.request,
-        Some(_) => false,
-        None => is_of(Target::Fsc(heard), wanted.product),
+        Some(wanted) => heard.is_at(wanted),
+        None => is_of(heard, wanted.product),
     }
 }
 

@@ -13,7 +13,7 @@ use crate::backup::{read_text, write_file};
 use crate::cli::Options;
 use crate::error::{Error, Kind};
 use crate::labels::folder;
-use crate::master::Target;
+use crate::master::{Addresses, Protocol, Target};
 use crate::output::Terminal;
 use crate::scan::kbits;
 use plumbline::can::BitRate;
@@ -76,12 +76,8 @@ impl Last {
         let rate = self
             .text(&port, "rate")
             .and_then(|rate| bench::bit_rate(rate).ok());
-        let has_address = full.id.is_some()
-            || full.node.is_some()
-            || full.mac.is_some()
-            || full.address.is_some()
-            || full.product.is_some()
-            || full.eds.is_some();
+        let has_address =
+            full.sensor.first().is_some() || full.product.is_some() || full.eds.is_some();
         if is_for_sensor {
             let is_same_bus = full.rate.is_none() || full.rate == rate;
             if full.rate.is_none() && rate.is_some() {
@@ -104,27 +100,10 @@ impl Last {
     /// Fills in the address. Returns its option.
     fn address(&self, port: &str, full: &mut Options) -> Option<String> {
         let address = self.text(port, "address")?;
-        let number = || address.parse().ok();
-        let option = match self.text(port, "protocol")? {
-            "fsc" => {
-                full.id = Some(address.to_owned());
-                "--id"
-            }
-            "canopen" => {
-                full.node = Some(number()?);
-                "--node"
-            }
-            "devicenet" => {
-                full.mac = Some(number()?);
-                "--mac"
-            }
-            "j1939" => {
-                full.address = Some(number()?);
-                "--address"
-            }
-            _ => return None,
-        };
-        Some(format!("{option} {address}"))
+        let protocol = Protocol::named(self.text(port, "protocol")?)?;
+        (protocol.target)(address).ok()?;
+        full.sensor = Addresses::one(protocol, address);
+        Some(format!("{} {address}", protocol.option))
     }
 
     /// Remembers where a sensor is. Without a folder for it, or if it cannot be written, it is forgotten.
@@ -169,8 +148,13 @@ pub fn explain(failure: Error) -> Error {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::master::{Ca, Node};
+    use crate::master::{Ca, Node, canopen};
     use std::rc::Rc;
+
+    /// The address in the options.
+    fn address(options: &Options) -> Option<&str> {
+        options.sensor.first().map(|(_, address)| address)
+    }
 
     /// The options that these arguments get, and the note.
     fn completed(last: &Last, options: &Options, is_for_sensor: bool) -> (Options, String) {
@@ -199,8 +183,8 @@ mod tests {
         let none = Options::default();
         let (full, note) = completed(&last, &none, true);
         assert_eq!(
-            (full.port.as_deref(), full.rate, full.address),
-            (Some("slcan:COM3"), None, Some(128))
+            (full.port.as_deref(), full.rate, address(&full)),
+            (Some("slcan:COM3"), None, Some("128"))
         );
         assert_eq!(
             note,
@@ -211,12 +195,15 @@ mod tests {
             ..Options::default()
         };
         let (full, note) = completed(&last, &at("can0"), true);
-        assert_eq!((full.rate, full.node), (Some(BitRate::K62_5), Some(33)));
+        assert_eq!(
+            (full.rate, address(&full)),
+            (Some(BitRate::K62_5), Some("33"))
+        );
         assert_eq!(note, "as in the last command: --rate 62.5 --node 33\n");
         for port in ["demo:is2", "can1"] {
             let (full, note) = completed(&last, &at(port), true);
             assert_eq!(
-                (full.rate, full.node, &note[..]),
+                (full.rate, address(&full), &note[..]),
                 (None, None, ""),
                 "{port}"
             );
@@ -236,23 +223,26 @@ mod tests {
             rate: Some(BitRate::K500),
             ..can0.clone()
         };
-        assert_eq!(completed(&last, &other_rate, true).0.node, None);
+        assert_eq!(address(&completed(&last, &other_rate, true).0), None);
         let other_node = Options {
-            node: Some(5),
+            sensor: Addresses::one(&canopen::PROTOCOL, "5"),
             ..can0.clone()
         };
         let (full, note) = completed(&last, &other_node, true);
-        assert_eq!((full.node, full.rate), (Some(5), Some(BitRate::K125)));
+        assert_eq!(
+            (address(&full), full.rate),
+            (Some("5"), Some(BitRate::K125))
+        );
         assert_eq!(note, "as in the last command: --rate 125\n");
         let product = Options {
             product: Some("is2".to_owned()),
             ..can0.clone()
         };
-        assert_eq!(completed(&last, &product, true).0.node, None);
+        assert_eq!(address(&completed(&last, &product, true).0), None);
         // A scan and a log listen at all rates.
         let (full, note) = completed(&last, &Options::default(), false);
         assert_eq!(
-            (full.port.as_deref(), full.rate, full.node),
+            (full.port.as_deref(), full.rate, address(&full)),
             (Some("can0"), None, None)
         );
         assert_eq!(note, "as in the last command: --port can0\n");
@@ -273,6 +263,6 @@ mod tests {
         )
         .unwrap();
         let (full, note) = completed(&Last::open(Some(folder.path())), &Options::default(), true);
-        assert_eq!((full.rate, full.node), (None, None), "{note}");
+        assert_eq!((full.rate, address(&full)), (None, None), "{note}");
     }
 }

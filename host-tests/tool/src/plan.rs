@@ -10,10 +10,8 @@
 
 mod cob_ids;
 
-use crate::client::nmt::{self, State};
 use crate::error::Error;
 use crate::master::Roles;
-use crate::master::{Node, Target};
 use crate::session::Session;
 use crate::sheet::{Entry, Origin};
 use plumbline::can::CanId;
@@ -30,18 +28,19 @@ pub type Values = Vec<(Entry, u32)>;
 /// The sensor refuses a value, nobody answers, or the adapter fails.
 pub fn write(session: &mut Session, values: &Values) -> Result<(), Error> {
     let written = write_all(session, values);
-    let (true, Target::Canopen(Node(node))) = (is_wrong_state(&written), session.target) else {
+    if !is_wrong_state(&written) {
         return written;
-    };
-    // Only a node that was Operational is started again.
-    let state = nmt::state(&mut session.link, node)?;
-    if state != Some(State::Operational) {
-        return patiently(session, values, written);
     }
-    nmt::send(&mut session.link, nmt::ENTER_PRE_OPERATIONAL, node)?;
-    let written = write_all(session, values);
+    let target = session.target;
+    let was_in_operation = target.suspend(&mut session.link)?;
+    let written = match was_in_operation {
+        true => write_all(session, values),
+        false => written,
+    };
     let written = patiently(session, values, written);
-    nmt::send(&mut session.link, nmt::START, node)?;
+    if was_in_operation {
+        target.resume(&mut session.link)?;
+    }
     written
 }
 
@@ -124,9 +123,7 @@ fn is_exclusive(product: &Product, entry: &Entry) -> bool {
 
 /// Writes values one after the other. A refused value is tried again after the other values, as long as there is progress.
 fn retried(session: &mut Session, values: Values) -> Result<(), Error> {
-    let is_fsc = matches!(session.target, Target::Fsc(_));
-    if is_fsc {
-        // Values with the same code are written together.
+    if session.target.writes_together() {
         return session.write(&values);
     }
     let mut left = values;

@@ -5,7 +5,6 @@ use crate::backup::{Backup, write_file};
 use crate::eds::dcf::{self, Commissioning};
 use crate::error::Error;
 use crate::identify::Found;
-use crate::master::{Node, Target};
 use crate::ops::set;
 use crate::output::Terminal;
 use crate::resolve;
@@ -53,7 +52,7 @@ pub(crate) fn backup(
             .texts
             .push((entry.name, String::from_utf8_lossy(&bytes).into_owned()));
     }
-    if let Target::Canopen(Node(node)) = session.target {
+    if let Some(node) = session.target.node_id() {
         // The default identifiers in the file belong to the node-ID after the next restart.
         backup.number_from(node);
     }
@@ -79,7 +78,7 @@ pub(crate) fn backup(
 /// The path of the Device Configuration File (DCF), which is also written for a CANopen device.
 fn configuration_path(session: &Session, path: &Path) -> Result<Option<PathBuf>, Error> {
     let is_special = path.exists() && !path.is_file();
-    if !matches!(session.target, Target::Canopen(_)) || is_special {
+    if session.target.node_id().is_none() || is_special {
         return Ok(None);
     }
     let configuration = path.with_extension("dcf");
@@ -95,7 +94,7 @@ fn configuration_path(session: &Session, path: &Path) -> Result<Option<PathBuf>,
 
 /// The Device Configuration File (DCF) with the values of a backup.
 fn configuration_text(session: &Session, backup: &Backup, path: &Path) -> String {
-    let Target::Canopen(Node(in_force)) = session.target else {
+    let Some(in_force) = session.target.node_id() else {
         return String::new();
     };
     let data_sheet = match &session.sheet.data_sheet {

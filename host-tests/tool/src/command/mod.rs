@@ -362,12 +362,7 @@ impl Bus<'_> {
         Ok(Wanted {
             rate: options.rate,
             is_remembered: options.rate.is_some() && !self.is_rate_given,
-            target: connect::target(
-                options.id.as_deref(),
-                options.node,
-                options.mac,
-                options.address,
-            )?,
+            target: options.sensor.target()?,
             product,
             sheet,
             labels: self.labels(terminal),

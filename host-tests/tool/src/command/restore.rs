@@ -4,7 +4,6 @@ use crate::backup::Backup;
 use crate::error::Error;
 use crate::identify::Found;
 use crate::master::Storing;
-use crate::master::{Node, Target};
 use crate::ops::set::{constrain, later, write};
 use crate::ops::{address, adjust};
 use crate::output::Terminal;
@@ -79,7 +78,7 @@ fn read(session: &mut Session, path: &Path) -> Result<Backup, Error> {
         );
         return Err(Error::usage("wrong-file", message));
     }
-    if let Target::Canopen(Node(node)) = session.target {
+    if let Some(node) = session.target.node_id() {
         backup.number_for(node);
     }
     if !backup

@@ -6,10 +6,12 @@ pub mod canopen;
 pub mod devicenet;
 pub mod fsc;
 pub mod j1939;
+mod options;
 mod roles;
 
 pub use canopen::Node;
 pub use j1939::Ca;
+pub use options::Addresses;
 pub use roles::{Codes, Roles, Storing, factory_rate, factory_target, factory_targets};
 
 use crate::client::Link;
@@ -26,7 +28,7 @@ use crate::session::Session;
 use crate::sheet::Entry;
 use plumbline::can::{BitRate, CanId, Frame};
 use plumbline::model::catalog::Product;
-use plumbline::time::Duration;
+use plumbline::time::{Duration, millis};
 use std::ops::{Deref, RangeInclusive};
 
 /// What the tool knows of a protocol without a sensor.
@@ -36,6 +38,10 @@ pub struct Protocol {
     pub name: &'static str,
     /// The option of the command line with an address.
     pub option: &'static str,
+    /// The help of this option.
+    pub help: &'static str,
+    /// The value of this option, in its help.
+    pub value: &'static str,
     /// What an address is, for people.
     pub kind: &'static str,
     /// The numbers that are addresses.
@@ -50,6 +56,8 @@ pub struct Protocol {
     pub roles: fn(&Product) -> Option<Roles>,
 }
 
+impl Eq for Protocol {}
+
 impl PartialEq for Protocol {
     fn eq(&self, other: &Self) -> bool {
         self.name == other.name
@@ -60,6 +68,11 @@ impl Protocol {
     /// The protocol with this name.
     pub fn named(name: &str) -> Option<&'static Self> {
         PROTOCOLS.into_iter().find(|protocol| protocol.name == name)
+    }
+
+    /// The name of the option without hyphens.
+    fn argument(&self) -> &'static str {
+        self.option.trim_start_matches('-')
     }
 
     /// The protocol of a product; of two, the first one of [`PROTOCOLS`].
@@ -215,6 +228,42 @@ pub trait Master {
         Ok(())
     }
 
+    /// The identifiers of requests to the address, and of their answers; none: other nodes have the same.
+    fn identifiers(&self) -> Vec<CanId> {
+        Vec::new()
+    }
+
+    /// How long a node is asked that has just been heard.
+    fn patience(&self) -> Duration {
+        PATIENCE
+    }
+
+    /// The node-ID that default identifiers contain.
+    fn node_id(&self) -> Option<u8> {
+        None
+    }
+
+    /// Whether parameters are written together.
+    fn writes_together(&self) -> bool {
+        false
+    }
+
+    /// Ends the operation of the node, in which it can refuse a write. False: it was not in operation.
+    ///
+    /// # Errors
+    /// The adapter fails.
+    fn suspend(&self, _link: &mut Link) -> Result<bool, Error> {
+        Ok(false)
+    }
+
+    /// Begins the operation of the node again.
+    ///
+    /// # Errors
+    /// The adapter fails.
+    fn resume(&self, _link: &mut Link) -> Result<(), Error> {
+        Ok(())
+    }
+
     /// Whether a node has this address: listens for its messages, then asks several times. Identifiers of GEMAC are not checked.
     ///
     /// # Errors
@@ -258,6 +307,16 @@ masters! {
     /// A controller application (CA) of J1939, with its address. Its parameters are objects, as in CANopen.
     J1939(Ca) of j1939::PROTOCOL;
 }
+
+impl Target {
+    /// Whether both are the same address. What the sensor has told besides does not count.
+    pub fn is_at(self, other: Self) -> bool {
+        self.protocol() == other.protocol() && self.address() == other.address()
+    }
+}
+
+/// How long a node is asked that has just been heard.
+const PATIENCE: Duration = millis(1000);
 
 /// The number of times an address that must be free is asked.
 const QUESTIONS: u8 = 3;

@@ -137,7 +137,11 @@ impl Adapter for Bus {
 fn session(node: &Rc<RefCell<Node>>, sheet: Sheet) -> Session {
     let never: Rc<dyn Fn() -> bool> = Rc::new(|| false);
     let link = Link::new(Box::new(Bus(node.clone())), &never);
-    Session::with_sheet(link, Target::Canopen(Node(NODE)), sheet)
+    Session::with_sheet(
+        link,
+        crate::master::Target::Canopen(crate::master::Node(NODE)),
+        sheet,
+    )
 }
 
 /// Writes a setting to a node in this state, which stores for some time. Returns the result and the node.

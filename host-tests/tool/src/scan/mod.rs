@@ -219,7 +219,7 @@ fn known(
 
 /// The answer of a node that was heard, to at most this number of questions.
 fn asked(link: &mut Link, target: Target, most: usize) -> Result<Option<Row>, Error> {
-    let until = after(link.now(), passive::patience(&target));
+    let until = after(link.now(), target.patience());
     for _ in 0..most {
         if let Some(found) = identify::ask(link, target, identify::PATIENT)? {
             return Ok(Some(Row::Found(found)));

@@ -25,22 +25,16 @@ use crate::master::fsc::factory_reply;
 use crate::master::{Ca, Target, canopen};
 use embedded_can::Id;
 use plumbline::can::{CanId, Frame};
-use plumbline::canopen::cob_id::{ERROR_CONTROL, SDO_REPLY, SDO_REQUEST};
+use plumbline::canopen::cob_id::ERROR_CONTROL;
 use plumbline::devicenet::identifiers::{group_2, group_2_id};
 use plumbline::j1939::groups;
 use plumbline::j1939::identifier::{
     ACTIVE_CODES, ADDRESS_CLAIMED, Identifier, NO_ADDRESS, PRIORITY,
 };
-use plumbline::time::{Duration, Instant, millis};
-
-/// The duplicate MAC ID check of DeviceNet: the node answers after two seconds.
-const CHECK: Duration = millis(3000);
+use plumbline::time::{Instant, millis};
 
 /// The time between the two messages of the check.
 const CHECKS: std::ops::RangeInclusive<u64> = millis(900).ticks()..=millis(1100).ticks();
-
-/// How long other nodes are asked.
-const ANSWER: Duration = millis(1000);
 
 /// A node that a frame shows.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -249,24 +243,7 @@ pub fn protocol(sightings: &[Sighting]) -> Option<&'static str> {
 
 /// Whether the frames show that another node uses an identifier of the questions to an address, or of their answers.
 pub fn is_used(target: Target, frames: &Frames) -> bool {
-    let ids = match target {
-        Target::Fsc(sensor) => vec![sensor.request],
-        Target::Canopen(canopen::Node(node)) => [SDO_REQUEST, SDO_REPLY]
-            .map(|base| CanId::standard(base + u16::from(node)))
-            .to_vec(),
-        // Each J1939 node has the same identifiers: they name sender and receiver.
-        Target::J1939(_) => Vec::new(),
-        // Also the messages of a master that owns it.
-        Target::Devicenet(slave) => [
-            group_2::REQUEST,
-            group_2::UNCONNECTED,
-            group_2::RESPONSE,
-            group_2::POLL,
-            group_2::ACKNOWLEDGE,
-        ]
-        .map(|message| CanId::standard(group_2_id(slave.mac, message)))
-        .to_vec(),
-    };
+    let ids = target.identifiers();
     frames
         .iter()
         .any(|(_, frame)| ids.contains(&frame.can_id()))
@@ -346,14 +323,6 @@ fn row(sign: Sign) -> Row {
         text,
         by: By::Message,
     })
-}
-
-/// How long a node is asked that has just been heard.
-pub fn patience(target: &Target) -> Duration {
-    match target {
-        Target::Devicenet(_) => CHECK,
-        Target::Fsc(_) | Target::Canopen(_) | Target::J1939(_) => ANSWER,
-    }
 }
 
 #[cfg(test)]

@@ -4,7 +4,7 @@ use crate::client::fsc::shown;
 use crate::error::Error;
 use crate::identify::Found;
 use crate::labels::Labels;
-use crate::master::Target;
+use crate::master::{Protocol, Target};
 use crate::output::Terminal;
 use plumbline::can::{BitRate, CanId};
 use serde_json::{Number, Value, json};
@@ -170,7 +170,7 @@ impl Row {
     fn next(&self, rate: &str) -> Option<String> {
         let heard = match self {
             Self::Found(found) => {
-                let option = option(found.protocol());
+                let option = found.target.protocol().option;
                 let address = found.target.address();
                 return Some(format!("plumbline {rate}{option} {address} get"));
             }
@@ -194,7 +194,7 @@ impl Row {
             )),
             By::Likely => Some(format!(
                 "plumbline {rate}{} {address} get    if it is this sensor",
-                option(heard.protocol)
+                Protocol::named(heard.protocol).map_or("", |own| own.option)
             )),
         }
     }
@@ -202,16 +202,6 @@ impl Row {
 
 /// The address of a node without node-ID.
 pub(super) const UNCONFIGURED: &str = "unconfigured";
-
-/// The option for the address in a protocol.
-fn option(protocol: &str) -> &'static str {
-    match protocol {
-        "fsc" => "--id",
-        "canopen" => "--node",
-        "devicenet" => "--mac",
-        _ => "--address",
-    }
-}
 
 pub(crate) fn kbits(rate: BitRate) -> Value {
     let bits = rate.bits_per_second();
@@ -270,13 +260,7 @@ impl Rows {
 
     /// Whether the sensor at an address has answered.
     pub fn has_answered(&self, target: Target) -> bool {
-        let is_same = |row: &Row| match (row, target) {
-            (Row::Found(found), Target::Fsc(wanted)) => {
-                matches!(found.target, Target::Fsc(own) if own.request == wanted.request)
-            }
-            (Row::Found(found), _) => found.target == target,
-            (Row::Heard(_), _) => false,
-        };
+        let is_same = |row: &Row| matches!(row, Row::Found(found) if found.target.is_at(target));
         self.rows.iter().any(is_same)
     }
 }

@@ -1,10 +1,11 @@
 //! The jobs of the worker, and what they need.
 
-use super::line::{self, Words};
+use super::line::Words;
 use super::sheets::Sheets;
 use crate::adapter::Adapter;
 use crate::cli::{Cli, Options};
 use crate::error::Error;
+use crate::master::Protocol;
 use crate::ops::Request;
 use crate::question::{Name, Question};
 use clap::Parser;
@@ -65,23 +66,15 @@ pub struct Connect {
 impl Connect {
     /// The sensor of the options of the command line.
     pub fn of(options: &Options) -> Self {
-        let number = |number: Option<u8>| number.map(|number| number.to_string());
-        let addresses = [
-            ("fsc", options.id.clone()),
-            ("canopen", number(options.node)),
-            ("devicenet", number(options.mac)),
-            ("j1939", number(options.address)),
-        ];
-        let mut addresses = addresses.into_iter();
-        let given = addresses.find_map(|(protocol, address)| Some((protocol, address?)));
+        let given = options.sensor.first();
         Self {
             port: options.port.clone().unwrap_or_default(),
             rate: options
                 .rate
                 .map(|rate| f64::from(rate.bits_per_second()) / 1000.0),
             mode: Part::Active,
-            protocol: given.as_ref().map(|(protocol, _)| (*protocol).to_owned()),
-            address: given.map(|(_, address)| address),
+            protocol: given.map(|(protocol, _)| protocol.name.to_owned()),
+            address: given.map(|(_, address)| address.to_owned()),
             product: options.product.clone(),
             yes: Vec::new(),
             names: options.yes.clone(),
@@ -98,14 +91,14 @@ impl Connect {
             words.extend(["--rate".to_owned(), rate.to_string()]);
         }
         if let Some(address) = &self.address {
-            let option = self.protocol.as_deref().and_then(line::address_option);
-            let option = option.ok_or_else(|| {
+            let protocol = self.protocol.as_deref().and_then(Protocol::named);
+            let protocol = protocol.ok_or_else(|| {
                 Error::usage(
                     "bad-request",
                     "an address needs its protocol: fsc, canopen, devicenet or j1939",
                 )
             })?;
-            words.push(format!("{option}={address}"));
+            words.push(format!("{}={address}", protocol.option));
         }
         if let Some(product) = &self.product {
             words.push(match sheets.find(product)? {

@@ -28,17 +28,6 @@ pub fn positional(words: &mut Words, values: &[String]) {
     words.extend_from_slice(values);
 }
 
-/// The option that selects an address of a protocol.
-pub fn address_option(protocol: &str) -> Option<&'static str> {
-    match protocol {
-        "fsc" => Some("--id"),
-        "canopen" => Some("--node"),
-        "devicenet" => Some("--mac"),
-        "j1939" => Some("--address"),
-        _ => None,
-    }
-}
-
 /// The options that select a sensor that was found: `rate` is in kbit/s, `eds` the option of its data sheet.
 pub fn selecting(
     port: &str,
@@ -51,9 +40,8 @@ pub fn selecting(
     if let Some(rate) = rate {
         words.extend(["--rate".to_owned(), rate.to_string()]);
     }
-    if let Some(option) = address_option(found.protocol()) {
-        words.extend([option.to_owned(), found.target.address()]);
-    }
+    let option = found.target.protocol().option;
+    words.extend([option.to_owned(), found.target.address()]);
     if let Some(eds) = eds {
         words.push(eds);
         return words;

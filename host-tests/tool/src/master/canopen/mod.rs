@@ -10,6 +10,7 @@ pub(super) use session::{commands, load, loads_at_restart, object, own, read, sa
 
 use super::{Master, Protocol, Roles, Storing, Target};
 use crate::client::Link;
+use crate::client::nmt::{self, State};
 use crate::client::sdo::Answer;
 use crate::cyclic::{Source, Started};
 use crate::error::Error;
@@ -20,7 +21,7 @@ use crate::sample::Sampler;
 use crate::session::Session;
 use crate::sheet::Entry;
 use plumbline::can::{BitRate, CanId};
-use plumbline::canopen::cob_id::{EMCY, ERROR_CONTROL, SDO_REPLY};
+use plumbline::canopen::cob_id::{EMCY, ERROR_CONTROL, SDO_REPLY, SDO_REQUEST};
 use plumbline::canopen::dictionary::Service;
 use plumbline::canopen::lss::UNCONFIGURED;
 use plumbline::model::catalog::{self, Product};
@@ -31,6 +32,8 @@ use plumbline::time::Duration;
 pub const PROTOCOL: Protocol = Protocol {
     name: "canopen",
     option: "--node",
+    help: "The node-ID of a CANopen sensor",
+    value: "N",
     kind: "node-ID",
     range: 1..=127,
     lacks: "has no node-ID here",
@@ -152,6 +155,29 @@ impl Master for Node {
 
     fn store_rate(&self, session: &mut Session, rate: BitRate) -> Result<bool, Error> {
         self.store_by_lss(session, rate)
+    }
+
+    fn identifiers(&self) -> Vec<CanId> {
+        let ids = [SDO_REQUEST, SDO_REPLY];
+        ids.map(|base| CanId::standard(base + u16::from(self.0)))
+            .to_vec()
+    }
+
+    fn node_id(&self) -> Option<u8> {
+        Some(self.0)
+    }
+
+    fn suspend(&self, link: &mut Link) -> Result<bool, Error> {
+        // Only a node that was Operational is started again.
+        let is_operational = nmt::state(link, self.0)? == Some(State::Operational);
+        if is_operational {
+            nmt::send(link, nmt::ENTER_PRE_OPERATIONAL, self.0)?;
+        }
+        Ok(is_operational)
+    }
+
+    fn resume(&self, link: &mut Link) -> Result<(), Error> {
+        nmt::send(link, nmt::START, self.0)
     }
 
     fn is_used(&self, link: &mut Link) -> Result<bool, Error> {

@@ -22,15 +22,17 @@ use crate::session::Session;
 use crate::session::unexpected;
 use crate::sheet::Entry;
 use plumbline::can::CanId;
-use plumbline::devicenet::identifiers::group_2_id;
+use plumbline::devicenet::identifiers::{group_2, group_2_id};
 use plumbline::model::catalog::{self, Product};
 use plumbline::model::listing::devicenet::Tables;
-use plumbline::time::Duration;
+use plumbline::time::{Duration, millis};
 
 /// The protocol.
 pub const PROTOCOL: Protocol = Protocol {
     name: "devicenet",
     option: "--mac",
+    help: "The MAC ID of a DeviceNet sensor",
+    value: "N",
     kind: "MAC ID",
     range: 0..=63,
     lacks: "has no MAC ID",
@@ -38,6 +40,9 @@ pub const PROTOCOL: Protocol = Protocol {
     target,
     roles,
 };
+
+/// How long a node is asked that has just been heard: it answers after its duplicate MAC ID check of two seconds.
+const CHECK: Duration = millis(3000);
 
 /// The tables of a product; None: it has another protocol.
 pub fn tables(product: &Product) -> Option<&Tables> {
@@ -140,6 +145,23 @@ impl Master for Slave {
             true => Slave::release(*self, &mut session.link),
             false => Ok(()),
         }
+    }
+
+    fn identifiers(&self) -> Vec<CanId> {
+        // Also the messages of a master that owns it.
+        let messages = [
+            group_2::REQUEST,
+            group_2::UNCONNECTED,
+            group_2::RESPONSE,
+            group_2::POLL,
+            group_2::ACKNOWLEDGE,
+        ];
+        let ids = messages.map(|message| CanId::standard(group_2_id(self.mac, message)));
+        ids.to_vec()
+    }
+
+    fn patience(&self) -> Duration {
+        CHECK
     }
 
     fn is_used(&self, link: &mut Link) -> Result<bool, Error> {

@@ -29,6 +29,8 @@ use plumbline::time::Duration;
 pub const PROTOCOL: Protocol = Protocol {
     name: "fsc",
     option: "--id",
+    help: "The Set-Parameter-ID of a GEMAC sensor, hexadecimal: 300, or 8 digits for 29 bits",
+    value: "HEX",
     kind: "identifier",
     range: 0..=0,
     lacks: "has no identifier here",
@@ -96,6 +98,14 @@ impl Master for Sensor {
 
     fn named(&self) -> String {
         format!("identifier {}h", self.address())
+    }
+
+    fn identifiers(&self) -> Vec<CanId> {
+        vec![self.request]
+    }
+
+    fn writes_together(&self) -> bool {
+        true
     }
 
     fn identify(&self, link: &mut Link, time: Duration) -> Result<Option<Found>, Error> {

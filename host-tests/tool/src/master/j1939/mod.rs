@@ -26,6 +26,8 @@ use plumbline::time::Duration;
 pub const PROTOCOL: Protocol = Protocol {
     name: "j1939",
     option: "--address",
+    help: "The address of a sensor in J1939",
+    value: "N",
     kind: "J1939 address",
     range: 0..=253,
     lacks: "does not speak J1939 here",

@@ -4,7 +4,6 @@ use super::{Answer, App, parse};
 use crate::backup::Backup;
 use crate::error::Error;
 use crate::master::factory_target;
-use crate::master::{Node, Target};
 use crate::serve::events::Kind;
 use crate::serve::line::{self, Words};
 use crate::serve::sheets::{self, Sheets};
@@ -135,10 +134,7 @@ fn read(text: &str, sheets: &Sheets, own: Option<&str>) -> Result<Backup, Error>
 
 /// A file with the factory values of a product.
 fn factory(sheet: &Sheet) -> Backup {
-    let node = match factory_target(sheet.product) {
-        Some(Target::Canopen(Node(node))) => Some(node),
-        _ => None,
-    };
+    let node = factory_target(sheet.product).and_then(|target| target.node_id());
     // A data sheet does not say the node-ID.
     let value = |entry: &Entry| {
         let own = if entry.node_relative { node?.into() } else { 0 };

@@ -82,12 +82,7 @@ pub(super) fn bus(
         listens: false,
         rate: options.rate,
         is_remembered: false,
-        target: connect::target(
-            options.id.as_deref(),
-            options.node,
-            options.mac,
-            options.address,
-        )?,
+        target: options.sensor.target()?,
         product: match sheet {
             Some(kept) => Some(kept.sheet.product),
             None => options
