@@ -9,8 +9,10 @@ use plumbline::node::Leds;
 use plumbline::store::crc32;
 
 mod registers;
+mod watchdog;
 
 pub use registers::Configuration;
+pub use watchdog::Watchdog;
 
 #[cfg(feature = "stm32f103")]
 mod stm32f103;

@@ -33,8 +33,7 @@ pub(super) use configuration::REGISTERS;
 pub use flash::Flash;
 
 use super::{
-    Board, HEATER_PERIOD_US, SPI_CLOCK_HZ, WATCHDOG_PERIOD_MS, log_silicon, note_reset,
-    start_oscillator,
+    Board, HEATER_PERIOD_US, SPI_CLOCK_HZ, Watchdog, log_silicon, note_reset, start_oscillator,
 };
 use crate::flash::ParameterFlash;
 use crate::imu::mounting::Mounting;
@@ -50,13 +49,15 @@ use stm32f4xx_hal::prelude::*;
 use stm32f4xx_hal::rcc::{self, Enable};
 use stm32f4xx_hal::spi::Spi;
 use stm32f4xx_hal::timer::PwmChannel;
-use stm32f4xx_hal::watchdog::IndependentWatchdog;
 
 /// The core clock in Hz.
 pub const CORE_CLOCK: u32 = 128_000_000;
 
 /// The clock after a reset in Hz: the internal oscillator.
 pub(super) const INTERNAL_CLOCK: u32 = 16_000_000;
+
+/// LSI in kHz, typical.
+pub(super) const LSI_KHZ: u32 = 32;
 
 /// The clock of APB1 in Hz.
 pub const APB1_CLOCK: u32 = 32_000_000;
@@ -109,9 +110,6 @@ impl Wires for ImuWires {
     }
 }
 
-/// The watchdog, whose time the main loop restarts.
-pub type Watchdog = IndependentWatchdog;
-
 impl Board {
     /// Initialises watchdog, clocks and pins.
     ///
@@ -125,8 +123,7 @@ impl Board {
         set_up_debugging();
         note_reset(&device.RCC);
         log_silicon(core.CPUID.base.read(), device.DBGMCU.idcode().read().bits());
-        let mut watchdog = Watchdog::new(device.IWDG);
-        watchdog.start(WATCHDOG_PERIOD_MS.millis());
+        let mut watchdog = Watchdog::start(device.IWDG);
 
         let mut rcc = device.RCC.constrain();
         pac::PWR::enable(&mut rcc);

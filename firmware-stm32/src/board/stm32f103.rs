@@ -22,8 +22,8 @@ pub(super) use configuration::REGISTERS;
 pub use flash::Flash;
 
 use super::{
-    Board, HEATER_PERIOD_US, SPI_BUS_CLOCK, SPI_CLOCK_HZ, Spi, StatusLeds, WATCHDOG_PERIOD_MS,
-    connect_spi, log_silicon, note_reset, select_imu, set_own_pins, start_oscillator,
+    Board, HEATER_PERIOD_US, SPI_BUS_CLOCK, SPI_CLOCK_HZ, Spi, StatusLeds, Watchdog, connect_spi,
+    log_silicon, note_reset, select_imu, set_own_pins, start_oscillator,
 };
 use crate::flash::ParameterFlash;
 use crate::imu::{SpiError, Wires};
@@ -39,6 +39,9 @@ pub const CORE_CLOCK: u32 = 64_000_000;
 
 /// The clock after a reset in Hz: the internal oscillator.
 pub(super) const INTERNAL_CLOCK: u32 = 8_000_000;
+
+/// LSI in kHz, typical.
+pub(super) const LSI_KHZ: u32 = 40;
 
 /// The clock of APB1 in Hz.
 pub const APB1_CLOCK: u32 = 32_000_000;
@@ -82,11 +85,10 @@ impl Board {
         set_up_debugging();
         note_reset(&device.RCC);
         log_silicon(core.CPUID.base.read(), device.DBGMCU.idcode().read().bits());
-        start_watchdog(&device.IWDG);
+        let mut watchdog = Watchdog::start(device.IWDG);
         switch_on(&device.RCC);
         start_supply_monitor(&device.PWR);
-        set_pins(&device);
-        let mut watchdog = Watchdog(device.IWDG);
+        set_pins(&device.AFIO, &device.GPIOA, &device.GPIOB, &device.GPIOC);
         let mut leds = StatusLeds;
         start_oscillator(&device.RCC, &mut core.SYST, &mut watchdog, &mut leds);
         start_pll(&device.RCC, &device.FLASH);
@@ -122,20 +124,6 @@ pub fn set_up_debugging() {
         w.dbg_standby().set_bit();
         w.dbg_iwdg_stop().set_bit().dbg_tim3_stop().set_bit()
     });
-}
-
-fn start_watchdog(watchdog: &pac::IWDG) {
-    // Nominal 40 kHz, divided by 32.
-    const RELOAD: u32 = WATCHDOG_PERIOD_MS * 40 / 32;
-    const { assert!(RELOAD < 1 << 12) };
-    watchdog.kr().write(|w| w.key().unlock());
-    watchdog.pr().write(|w| w.pr().divide_by32());
-    // SAFETY: the value is in the range of the field.
-    watchdog
-        .rlr()
-        .write(|w| unsafe { w.rl().bits(RELOAD as u16) });
-    watchdog.kr().write(|w| w.key().feed());
-    watchdog.kr().write(|w| w.key().start());
 }
 
 /// Switches the clocks of the peripherals on.
@@ -187,14 +175,10 @@ pub fn make_safe() {
 }
 
 /// Configures the pins. The level of an output is set first.
-fn set_pins(device: &pac::Peripherals) {
-    let b = &device.GPIOB;
+fn set_pins(afio: &pac::AFIO, a: &Port, b: &Port, c: &Port) {
     // TXD is recessive until `connect_transmitter`. For the input, the level is the direction of its resistor.
     // SAFETY: 2 is the mapping to PB8 and PB9 (RM0008, AFIO_MAPR).
-    device
-        .AFIO
-        .mapr()
-        .write(|w| unsafe { w.can_remap().bits(2) });
+    afio.mapr().write(|w| unsafe { w.can_remap().bits(2) });
     b.bsrr().write(|w| w.bs8().set_bit().bs9().set_bit());
     b.crl().write(|w| {
         // Low until the timer of the heater runs.
@@ -205,7 +189,7 @@ fn set_pins(device: &pac::Peripherals) {
         w.mode8().input().cnf8().alt_push_pull();
         w.mode9().output50().cnf9().push_pull()
     });
-    set_own_pins(&device.GPIOA, b, &device.GPIOC);
+    set_own_pins(a, b, c);
 }
 
 /// Starts the PWM of the heater with duty 0, then connects its pin.
@@ -236,16 +220,6 @@ fn start_spi(spi: &Spi) {
         w.ssm().set_bit().ssi().set_bit();
         w.spe().set_bit()
     });
-}
-
-/// The watchdog, whose time the main loop restarts.
-pub struct Watchdog(pac::IWDG);
-
-impl Watchdog {
-    /// Restarts the time after which it resets the chip.
-    pub fn feed(&mut self) {
-        self.0.kr().write(|w| w.key().feed());
-    }
 }
 
 /// Sets the outputs `pins` of a port to `levels`. Other pins do not change.

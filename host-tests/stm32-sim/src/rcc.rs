@@ -142,6 +142,8 @@ pub struct Rcc {
     reset_flags: u32,
     lsi_on: bool,
     crystal_broken: bool,
+    /// The PLL does not lock.
+    pll_broken: bool,
     /// The board has a crystal in place of its clock.
     has_crystal: bool,
     /// HSE is a clock from outside, for example from the ST-LINK (UM1724, "OSC clock"): it needs HSEBYP.
@@ -182,6 +184,7 @@ impl Rcc {
             reset_flags: layout.power_on_flags,
             lsi_on: false,
             crystal_broken: false,
+            pll_broken: false,
             has_crystal: false,
             has_external_clock,
             crystal_stops: None,
@@ -205,6 +208,7 @@ impl Rcc {
             timebase,
             reset_flags: flags,
             crystal_broken: self.crystal_broken,
+            pll_broken: self.pll_broken,
             has_crystal: self.has_crystal,
             crystal_stops: self.crystal_stops,
             ..Self::new(self.chip, self.has_external_clock)
@@ -359,6 +363,11 @@ impl Rcc {
             "RCC_CR",
             "the clock in use is switched off",
         );
+        violations.check(
+            self.cr & HSE_ON != 0 && (self.cr ^ value) & HSE_BYPASS != 0,
+            "RCC_CR",
+            "HSEBYP is changed while HSE is on",
+        );
         self.cr = value & CR_WRITABLE | in_use;
         violations.check(
             self.cr & PLL_ON != 0 && self.cr & pll_source == 0,
@@ -381,7 +390,8 @@ impl Rcc {
         } else {
             self.hsi
         };
-        let lock = source_ready.map_or(Picoseconds::MAX, |ready| {
+        let lock = source_ready.filter(|_| !self.pll_broken);
+        let lock = lock.map_or(Picoseconds::MAX, |ready| {
             ready.max(now).saturating_add(PLL_LOCK)
         });
         switch(&mut self.pll, self.cr & PLL_ON != 0, now, lock - now);

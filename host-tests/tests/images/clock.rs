@@ -1,4 +1,4 @@
-//! Failures of the crystal: it does not start, or it stops.
+//! Failures of the crystal (it does not start, or it stops) and of the PLL.
 
 use crate::rig::*;
 use bench::BusRate;
@@ -92,6 +92,25 @@ pub fn sensor_without_a_crystal_shows_the_error_led_and_stays_off_the_bus() {
     assert_eq!(rig.device().boots(), 1, "no reset");
     assert!(rig.log.is_empty());
     rig.io().0.rcc.break_crystal(false);
+    rig.boot_up();
+    rig.poll();
+}
+
+/// The boot waits without a limit for the PLL. The watchdog counts from FFFh until its first reload (RM0008 and RM0390, IWDG functional description).
+#[test]
+pub fn watchdog_resets_the_chip_within_its_period_if_the_pll_does_not_lock() {
+    let mut rig = Rig::with("is2", BusRate::Fixed(RATE), fixed("is2", RATE));
+    rig.io().0.rcc.break_pll(true);
+    for resets in 2..4 {
+        let from = rig.bus.now().ticks();
+        rig.expect_reset(ResetCause::Watchdog);
+        rig.wait_until(1000, 2_010, |rig| {
+            rig.microcontroller().resets().len() == resets
+        });
+        assert!(rig.bus.now().ticks() - from > 1_980_000);
+    }
+    assert_eq!(rig.frames(), []);
+    rig.io().0.rcc.break_pll(false);
     rig.boot_up();
     rig.poll();
 }

@@ -32,6 +32,7 @@ also! {
         heater_is_off_after_crystal_stops,
         bus_is_recessive_and_heater_off_before_the_reset,
         sensor_without_a_crystal_shows_the_error_led_and_stays_off_the_bus,
+        watchdog_resets_the_chip_within_its_period_if_the_pll_does_not_lock,
         crystal_that_starts_after_a_second_is_used;
     detection:
         each_of_the_ten_rates_is_detected_without_disturbing_the_bus;

@@ -1,4 +1,4 @@
-//! Failures of the crystal, and the clock security system (RM0008, section 7.2.7).
+//! Failures of the crystal and of the PLL, and the clock security system (RM0008, section 7.2.7).
 //!
 //! If the security system is on, a failure of a running HSE raises NMI until the firmware writes CSSC. It switches HSE off. If
 //! SYSCLK comes from HSE, directly or through the PLL, it also switches SYSCLK to HSI and the PLL off. Without the security
@@ -29,6 +29,11 @@ impl Rcc {
     /// Breaks the crystal at this time, also if it runs.
     pub fn stop_crystal(&mut self, time: Picoseconds) {
         self.crystal_stops = Some(time);
+    }
+
+    /// Breaks the PLL (it does not lock when it is switched on) or repairs it.
+    pub fn break_pll(&mut self, broken: bool) {
+        self.pll_broken = broken;
     }
 
     /// The level of NMI: a failure is detected and not cleared.
