@@ -261,8 +261,12 @@ impl Wires for ImuWires {
     }
 
     fn exchange(&mut self, bytes: &mut [u8]) -> Result<(), SpiError> {
+        // A disturbance can have let the SPI receive without end. Its last byte would delay all others. These reads discard it, and clear the
+        // overrun flag.
+        self.0.dr().read();
+        self.0.sr().read();
         for byte in bytes {
-            // The register is empty, and has no overrun: each byte is read before the next one is sent.
+            // There is no overrun: each byte is read before the next one is sent.
             self.0.dr().write(|w| w.dr().set((*byte).into()));
             while self.0.sr().read().rxne().bit_is_clear() {}
             *byte = self.0.dr().read().dr().bits() as u8;

@@ -11,7 +11,8 @@
 //! | 1Ch | SPI_I2SCFGR | 0: no I2S |
 //!
 //! Functions that are not modelled (slave, one line, CRC, hardware slave select, least significant bit first, DMA) are
-//! violations.
+//! violations. But a master that only receives (RXONLY; BIDIMODE without BIDIOE) gets frames without end, as a disturbance can cause it:
+//! RXNE and OVR are set at once, and BSY only with RXONLY (RM0008, SPI status flags).
 
 use super::io::AccessError;
 use super::timebase::Picoseconds;
@@ -28,6 +29,7 @@ const SOFTWARE_SELECT: u32 = 1 << 9;
 const RECEIVE_ONLY: u32 = 1 << 10;
 const SIXTEEN_BITS: u32 = 1 << 11;
 const CRC_ENABLE: u32 = 1 << 13;
+const ONE_LINE_OUTPUT: u32 = 1 << 14;
 const ONE_LINE: u32 = 1 << 15;
 /// SPI_I2SCFGR: I2S mode, and the bits that can be written.
 const I2S_MODE: u32 = 1 << 11;
@@ -263,6 +265,9 @@ impl Spi {
             NAME,
             "faster than the 10 MHz of the part",
         );
+        if self.only_receives() {
+            self.overflow();
+        }
     }
 
     fn write_data(&mut self, cycle: u64, data: u16, clocks: Clocks, violations: &mut Violations) {
@@ -270,6 +275,11 @@ impl Spi {
             violations.add("SPI_DR", "written in I2S mode: nothing is sent");
         } else if self.cr1 & ENABLE == 0 {
             violations.add("SPI_DR", "written while the SPI is off");
+        } else if self.only_receives() {
+            violations.add(
+                "SPI_DR",
+                "written in a mode that only receives: nothing is sent",
+            );
         } else if self.shifting.is_none() {
             self.start(cycle, data, clocks);
         } else {
@@ -287,6 +297,9 @@ impl Spi {
             self.last = data;
         }
         self.overrun_seen = self.overrun;
+        if self.only_receives() {
+            self.overflow();
+        }
         self.last.into()
     }
 
@@ -296,12 +309,29 @@ impl Spi {
             | flag(self.waiting.is_none(), TRANSMIT_EMPTY)
             | flag(self.mode_fault, MODE_FAULT)
             | flag(self.overrun, OVERRUN)
-            | flag(self.is_busy(), BUSY);
+            | flag(
+                self.is_busy() || self.only_receives() && self.cr1 & RECEIVE_ONLY != 0,
+                BUSY,
+            );
         if self.overrun_seen {
             self.overrun = false;
             self.overrun_seen = false;
         }
         status
+    }
+
+    /// True while a master receives without end.
+    fn only_receives(&self) -> bool {
+        let one_line_input = self.cr1 & (ONE_LINE | ONE_LINE_OUTPUT) == ONE_LINE;
+        self.cr1 & (MASTER | ENABLE) == MASTER | ENABLE
+            && (one_line_input || self.cr1 & RECEIVE_ONLY != 0)
+    }
+
+    /// Two frames of the idle line are received, the second one without room.
+    fn overflow(&mut self) {
+        self.received.get_or_insert(0xFF);
+        self.overrun = true;
+        self.overrun_seen = false;
     }
 
     fn prescaler(&self) -> u32 {

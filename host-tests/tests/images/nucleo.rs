@@ -40,6 +40,7 @@ also! {
         disturbed_bits_of_clocks_pins_and_timers_are_restored,
         disturbed_bits_of_the_processor_are_restored,
         disturbed_bits_of_the_can_controller_are_restored,
+        accelerometer_measures_again_after_each_disturbed_bit_of_its_spi,
         disturbed_bits_of_the_converter_are_restored,
         disturbed_bits_of_the_detection_are_restored;
     errors:

@@ -196,3 +196,18 @@ fn unsupported_modes_are_violations() {
     }
     assert_eq!(Bench::new(ON | PHASE | POLARITY).reasons(), [""; 0]);
 }
+
+/// BIDIMODE without BIDIOE, then RXONLY. OVR is cleared by a read of DR and then of SR.
+#[test]
+fn byte_and_overrun_of_a_mode_that_only_receives_stay_after_it() {
+    for (mode, busy) in [(1 << 15, 0), (1 << 10, BUSY)] {
+        let mut bench = Bench::new(ON);
+        bench.write(CR1, ON | mode);
+        assert_eq!(bench.read(SR), RECEIVED | OVERRUN | TRANSMIT_EMPTY | busy);
+        bench.write(CR1, ON);
+        assert_eq!(bench.read(SR), RECEIVED | OVERRUN | TRANSMIT_EMPTY);
+        bench.read(DR);
+        bench.read(SR);
+        assert_eq!(bench.read(SR), TRANSMIT_EMPTY);
+    }
+}
