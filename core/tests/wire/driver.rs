@@ -46,6 +46,9 @@ const LOWER: &str = "18EEFF80#0000000000000000";
 struct Sent {
     frames: Vec<Frame>,
     is_busy: bool,
+    /// The last frame has a single attempt.
+    once: bool,
+    aborts: usize,
 }
 
 impl Mailboxes for Sent {
@@ -55,10 +58,13 @@ impl Mailboxes for Sent {
     fn is_idle(&self) -> bool {
         !self.is_busy
     }
-    fn put(&mut self, frame: &Frame, _: bool) {
+    fn put(&mut self, frame: &Frame, once: bool) {
         self.frames.push(*frame);
+        self.once = once;
     }
-    fn abort(&mut self) {}
+    fn abort(&mut self) {
+        self.aborts += 1;
+    }
 }
 
 /// The rest of a controller. It discards its errors at a change of the bit rate.
@@ -372,6 +378,29 @@ fn filters_change_on_bus_if_controller_can_and_is_not_in_bus_off() {
         let bus = rig.driver.controller();
         assert_eq!((bus.refilters, bus.opened.len()), expected);
     }
+}
+
+/// The claim is on the bus when a node with a lower NAME takes its address. It is aborted on reception, and ends in a bit error while the
+/// filters change: that is not the end of the claim of the next address, which has a single attempt too.
+#[test]
+fn aborted_claim_is_not_sent_again_and_its_end_does_not_delay_the_next_claim() {
+    let mut rig = ims360();
+    let bus = rig.driver.controller_mut();
+    bus.refilters = Some(0);
+    bus.changes = [Change::Joining].into();
+    rig.memory.with(|link| link.mailboxes().is_busy = true);
+    let aborts = rig.memory.with(|link| link.mailboxes().aborts);
+    rig.receive(LOWER);
+    let aborted = rig.memory.with(|link| link.mailboxes().aborts) - aborts;
+    assert_eq!(aborted, 1, "on reception");
+    rig.turn();
+    rig.memory.with(|link| link.mailboxes().is_busy = false);
+    rig.driver.transmitted(true);
+    assert!(rig.sent().is_empty(), "the filters change");
+    rig.driver.controller_mut().changes.clear();
+    rig.turn();
+    assert_eq!(rig.sent(), ["18EEFF81#0000E0FF00910080"]);
+    assert!(rig.memory.with(|link| link.mailboxes().once));
 }
 
 /// The error comes after the read of the bit time. The next frame has the same bit time. If the error counted at the new bit rate, the node
