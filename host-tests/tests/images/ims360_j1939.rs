@@ -11,7 +11,7 @@ pub(crate) const CLAIM: &str = "18EEFF80#0100E0FF00910080";
 pub(crate) const NAME: &str = "0100E0FF00910080";
 /// A NAME that wins against it, and one that loses.
 pub(crate) const LOWER: &str = "0000000000000000";
-const HIGHER: &str = "FFFFFFFFFFFFFFFF";
+pub(crate) const HIGHER: &str = "FFFFFFFFFFFFFFFF";
 /// A DM1 message without active codes.
 pub(crate) const NO_CODES: &str = "18FECA80#00FF00000000FFFF";
 

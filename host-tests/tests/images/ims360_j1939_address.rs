@@ -1,6 +1,6 @@
 //! The image of the IMS360 in J1939 while its address changes: the frames in its mailboxes, and its acceptance filters.
 
-use crate::ims360_j1939::{CLAIM, LOWER, NAME, at, claimed};
+use crate::ims360_j1939::{CLAIM, HIGHER, LOWER, NAME, at, claimed};
 use crate::rig::*;
 use bench::Source;
 use plumbline::can::BitRate;
@@ -25,6 +25,27 @@ fn image_does_not_repeat_a_claim_that_collides() {
         let claims: Vec<_> = texts.filter(|text| text.starts_with("18EEFF")).collect();
         assert_eq!(claims, [other, CLAIM.to_string()]);
         assert_eq!(rig.bus.disturbed(sensor) - before, 1);
+    }
+}
+
+/// At 1 Mbit/s the claim begins before the receive interrupt has aborted it, and loses the arbitration against the frame that follows. The
+/// image repeats a claim that has lost the arbitration, but not an aborted one.
+#[test]
+fn image_does_not_repeat_a_claim_that_was_aborted_on_the_bus() {
+    let mut rig = at(BitRate::M1);
+    rig.power_cycle();
+    while !rig.wait_text(1).contains(&CLAIM.to_string()) {}
+    rig.bus.give_way(false);
+    for address in 0x80_u8..0xC0 {
+        rig.run_us(5_000 + 137 * u64::from(address));
+        rig.sent();
+        // The first claim of the tester makes the sensor send its claim again, the second one takes the address.
+        for name in [HIGHER, LOWER] {
+            rig.send_text(&format!("18EEFF{address:02X}#{name}"));
+        }
+        rig.send_text("001#");
+        let next = format!("18EEFF{:02X}#{NAME}", address + 1);
+        assert_eq!(rig.wait_text(10), [next], "loss of {address:02X}h");
     }
 }
 
