@@ -8,7 +8,7 @@
 //! The identifier is the Reply-Parameter-ID. A sensor sends the message twice at once, and repeats it as long as nobody acknowledges it.
 //! Other devices send frames with the same first byte (J1939 fills with FFh), so one frame is not sufficient.
 
-use crate::client::fsc::Sensor;
+use crate::master::fsc::request::Sensor;
 use plumbline::can::{CanId, Frame};
 use plumbline::time::{Duration, Instant, after, millis};
 

@@ -10,8 +10,8 @@
 mod count;
 pub mod pace;
 
-use crate::client::Link;
 use crate::error::Error;
+use crate::link::Link;
 use crate::output::Terminal;
 use crate::question::Question;
 use crate::sample::{Sample, Sampler};

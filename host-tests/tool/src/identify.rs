@@ -1,9 +1,9 @@
 //! Which product answers at an address: its article, serial number and firmware, and the products of the catalogue that fit.
 
-use crate::client::Link;
 use crate::connect;
 use crate::error::{Error, Kind};
 use crate::known::meant;
+use crate::link::Link;
 use crate::master::Target;
 use crate::session::Session;
 use plumbline::can::BitRate;

@@ -3,7 +3,8 @@
 //! From the bus to the user:
 //!
 //! - [`adapter`]: CAN adapters behind one trait, which is also the clock
-//! - [`client`]: the masters of the protocols, one request and one answer
+//! - [`link`]: an adapter with a count of its frames; one request, one answer
+//! - [`master`]: the master of each protocol, one folder for each
 //! - [`sheet`], [`number`], [`resolve`]: the names and values of a product, made from the tables of the core
 //! - [`eds`]: the same from the data sheet of a device that is not in the catalogue
 //! - [`identify`], [`boot_up`], [`connect`], [`session`]: which product answers, and a session with it
@@ -24,7 +25,6 @@ pub mod bar;
 pub mod boot_up;
 pub mod calibrate;
 pub mod cli;
-pub mod client;
 pub mod command;
 pub mod connect;
 pub mod cyclic;
@@ -34,6 +34,7 @@ pub mod identify;
 pub mod known;
 pub mod labels;
 pub mod last;
+pub mod link;
 pub mod master;
 pub mod number;
 pub mod ops;

@@ -7,8 +7,8 @@ mod scale;
 
 pub use scale::Scale;
 
-use crate::client::fsc::shown;
 use crate::error::Error;
+use crate::master::fsc::request::shown;
 use crate::sheet::{Entry, Form};
 use plumbline::can::CanId;
 use plumbline::param::{DataType, Meaning, Permitted};

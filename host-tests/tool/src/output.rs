@@ -1,7 +1,7 @@
 //! What a command prints, and what it asks.
 
-use crate::client::stopped;
 use crate::error::Error;
+use crate::link::stopped;
 use crate::ops::Report;
 use crate::question::{Name, Question};
 use serde_json::Value;

@@ -1,8 +1,8 @@
 //! Samples of the angles, by polling: the settings of the sensor stay as they are. In J1939 they are in the group SSI2, which the sensor
 //! broadcasts, or sends on request.
 
-use crate::client::fsc;
 use crate::error::Error;
+use crate::master::fsc::request as fsc;
 use crate::master::fsc::tables as fsc_tables;
 use crate::number::Scale;
 use crate::session::Session;

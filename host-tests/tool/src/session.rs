@@ -1,7 +1,7 @@
 //! A session with one sensor: reads, writes and commands, whatever its protocol.
 
-use crate::client::Link;
 use crate::error::Error;
+use crate::link::Link;
 use crate::master::devicenet::Connection;
 use crate::master::{Roles, Storing, Target};
 use crate::number::Scale;

@@ -3,9 +3,9 @@
 
 use super::bench::BenchAdapter;
 use super::{Adapter, Capabilities, Mode};
-use crate::client::Link;
 use crate::error::Error;
 use crate::identify;
+use crate::link::Link;
 use crate::master::{devicenet, factory_target, j1939};
 use crate::session::Session;
 use bench::scene::{Axes, Scene};

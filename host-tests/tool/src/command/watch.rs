@@ -1,10 +1,10 @@
 //! `watch` and `log`, and the samples of `record`.
 
 use crate::adapter::{Adapter, Mode};
-use crate::client::Link;
 use crate::connect;
 use crate::cyclic::Cyclic;
 use crate::error::Error;
+use crate::link::Link;
 use crate::ops::set;
 use crate::output::{Terminal, closed};
 use crate::resolve;

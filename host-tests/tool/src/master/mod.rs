@@ -7,6 +7,7 @@ pub mod devicenet;
 pub mod fsc;
 pub mod j1939;
 mod options;
+pub(crate) mod refusal;
 mod roles;
 
 pub use canopen::Node;
@@ -14,12 +15,12 @@ pub use j1939::Ca;
 pub use options::Addresses;
 pub use roles::{Codes, Roles, Storing, factory_rate, factory_target, factory_targets};
 
-use crate::client::Link;
-use crate::client::devicenet::Slave;
-use crate::client::fsc::Sensor;
 use crate::cyclic::{Source, Started};
 use crate::error::Error;
 use crate::identify::Found;
+use crate::link::Link;
+use crate::master::devicenet::explicit::Slave;
+use crate::master::fsc::request::Sensor;
 use crate::ops::identity::Values;
 use crate::output::Terminal;
 use crate::sample::{Poller, Sampler};

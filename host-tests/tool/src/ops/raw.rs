@@ -1,8 +1,8 @@
 //! `raw`: one request of the protocol, as hexadecimal bytes.
 
 use super::Report;
-use crate::client::Link;
 use crate::error::Error;
+use crate::link::Link;
 use crate::master::Target;
 
 /// Sends one request to the sensor at this address.

@@ -2,8 +2,8 @@ mod pdos;
 
 use super::*;
 use crate::adapter::{Adapter, Capabilities, Mode};
-use crate::client::Link;
 use crate::identify::product;
+use crate::link::Link;
 use crate::sheet::Sheet;
 use plumbline::can::{BitRate, Frame, standard};
 use plumbline::time::{Instant, after};

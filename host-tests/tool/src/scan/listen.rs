@@ -2,8 +2,8 @@
 
 use super::schedule::{Lone, Schedule, Step};
 use crate::adapter::Mode;
-use crate::client::{Link, stopped};
 use crate::error::Error;
+use crate::link::{Link, stopped};
 use crate::output::{Progress, Terminal};
 use crate::question::Question;
 use plumbline::can::{BitRate, Frame};

@@ -2,8 +2,8 @@
 
 use super::listen::{self, Traffic};
 use super::schedule::Schedule;
-use crate::client::Link;
 use crate::error::Error;
+use crate::link::Link;
 use crate::output::Terminal;
 use std::cell::RefCell;
 use std::rc::Rc;

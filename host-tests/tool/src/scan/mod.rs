@@ -17,13 +17,13 @@ mod row;
 pub mod schedule;
 
 use crate::adapter::{Adapter, Mode};
-use crate::client::Link;
-use crate::client::fsc::shown;
 use crate::connect::RATES;
 use crate::error::{Error, Kind};
 use crate::identify;
 use crate::labels::Labels;
+use crate::link::Link;
 use crate::master::Target;
+use crate::master::fsc::request::shown;
 use crate::output::Terminal;
 use crate::question::Question;
 pub use active::Questions;

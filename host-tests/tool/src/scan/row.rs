@@ -1,9 +1,9 @@
 //! What a scan has found, as a document and as a line.
 
-use crate::client::fsc::shown;
 use crate::error::Error;
 use crate::identify::Found;
 use crate::labels::Labels;
+use crate::master::fsc::request::shown;
 use crate::master::{Protocol, Target};
 use crate::output::Terminal;
 use plumbline::can::{BitRate, CanId};

@@ -115,7 +115,7 @@ impl Tap {
         let rows = rows.into_iter().map(|(_, newest)| {
             newest.is_new = false;
             json!({
-                "id": crate::client::fsc::shown(newest.frame.can_id()),
+                "id": crate::master::fsc::request::shown(newest.frame.can_id()),
                 "data": newest.frame.bytes().iter().map(|byte| format!("{byte:02X}")).collect::<Vec<_>>().join(" "),
                 "remote": newest.frame.is_remote(),
                 "count": newest.count,

@@ -1,5 +1,5 @@
 use super::*;
-use crate::client::Link;
+use crate::link::Link;
 use crate::scan::listen::collect;
 use plumbline::can::{extended, standard};
 use plumbline::time::{after, millis};

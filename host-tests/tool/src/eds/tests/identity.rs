@@ -2,7 +2,7 @@
 
 use super::super::*;
 use super::{FOREIGN, foreign};
-use crate::client::tests::{Scripted, frame, link};
+use crate::link::tests::{Scripted, frame, link};
 use crate::master::{Node, Target};
 use plumbline::can::Frame;
 use std::rc::Rc;

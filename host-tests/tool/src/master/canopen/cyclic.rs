@@ -6,11 +6,11 @@
 
 mod tpdo;
 
-use crate::client::nmt::{self, State};
-use crate::client::sdo::{Answer, Server};
-use crate::client::{Link, stopped};
 use crate::cyclic::{LISTENS, Layout, Message, NOT_PUT_BACK, SLICE, Source, Started, Stream};
 use crate::error::Error;
+use crate::link::{Link, stopped};
+use crate::master::canopen::nmt::{self, State};
+use crate::master::canopen::sdo::{Answer, Server};
 use crate::output::Terminal;
 use crate::question::Question;
 use crate::sample::Sampler;

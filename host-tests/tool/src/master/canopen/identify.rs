@@ -1,10 +1,10 @@
 //! Which product answers.
 
 use super::tables;
-use crate::client::Link;
-use crate::client::sdo::{Answer, Server};
 use crate::error::Error;
 use crate::identify::{Found, TRIES, text_of};
+use crate::link::Link;
+use crate::master::canopen::sdo::{Answer, Server};
 use crate::master::{Node, Target};
 use plumbline::canopen::dictionary::Target as ObjectTarget;
 use plumbline::model::catalog::{PRODUCTS, Product};

@@ -1,7 +1,7 @@
 //! What a sensor with an SDO server tells about itself.
 
-use crate::client::sdo::{Answer, Server};
 use crate::error::Error;
+use crate::master::canopen::sdo::{Answer, Server};
 use crate::ops::identity::{Values, numbers, texts};
 use crate::session::Session;
 

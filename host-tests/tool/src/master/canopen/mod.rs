@@ -3,23 +3,26 @@
 mod cyclic;
 mod identify;
 mod identity;
+pub mod lss;
+pub mod nmt;
 pub(super) mod raw;
+pub mod sdo;
 mod session;
 
 pub(super) use session::{commands, load, loads_at_restart, object, own, read, save, write};
 
 use super::{Master, Protocol, Roles, Storing, Target};
-use crate::client::Link;
-use crate::client::nmt::{self, State};
-use crate::client::sdo::Answer;
 use crate::cyclic::{Source, Started};
 use crate::error::Error;
 use crate::identify::Found;
+use crate::link::Link;
+use crate::master::canopen::sdo::Answer;
 use crate::ops::identity::Values;
 use crate::output::Terminal;
 use crate::sample::Sampler;
 use crate::session::Session;
 use crate::sheet::Entry;
+use nmt::State;
 use plumbline::can::{BitRate, CanId};
 use plumbline::canopen::cob_id::{EMCY, ERROR_CONTROL, SDO_REPLY, SDO_REQUEST};
 use plumbline::canopen::dictionary::Service;

@@ -1,8 +1,8 @@
 //! One request to an SDO server: INDEX:SUB reads, INDEX:SUB=DATA writes, hexadecimal.
 
-use crate::client::Link;
-use crate::client::sdo::{Answer, Server, reason};
 use crate::error::Error;
+use crate::link::Link;
+use crate::master::canopen::sdo::{Answer, Server, reason};
 use crate::ops::raw::{bad, bytes, joined};
 use plumbline::canopen::Abort;
 

@@ -2,10 +2,10 @@
 
 use super::Node;
 use super::tables;
-use crate::client::lss;
-use crate::client::nmt::{self, Command};
-use crate::client::sdo::Server;
 use crate::error::Error;
+use crate::master::canopen::lss;
+use crate::master::canopen::nmt::{self, Command};
+use crate::master::canopen::sdo::Server;
 use crate::session::{Session, unexpected};
 use crate::sheet::{Address, Entry};
 use plumbline::can::BitRate;

@@ -1,8 +1,8 @@
 //! The explicit connection of a session, and the requests on it.
 
-use crate::client::devicenet::{Path, Response, Slave};
 use crate::connect;
 use crate::error::Error;
+use crate::master::devicenet::explicit::{Path, Response, Slave};
 use crate::session::{Session, unexpected};
 use crate::sheet::{Address, Entry};
 use plumbline::devicenet::service;

@@ -10,10 +10,10 @@
 //!  340h + MAC ID       the same                                              change of state, cyclic
 //! ```
 
-use crate::client::Link;
-use crate::client::devicenet::{Path, Slave};
 use crate::cyclic::{LISTENS, Layout, Message, Started, Stream};
 use crate::error::{Error, Kind};
+use crate::link::Link;
+use crate::master::devicenet::explicit::{Path, Slave};
 use crate::output::Terminal;
 use crate::sample::Sampler;
 use crate::session::Session;
@@ -293,7 +293,7 @@ impl Stream for Io {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::client::tests::{Scripted, link};
+    use crate::link::tests::{Scripted, link};
 
     #[test]
     fn wait_for_polls_ends_if_the_computer_is_late() {

@@ -2,11 +2,11 @@
 
 use super::connection::IDENTITY;
 use super::tables;
-use crate::client::Link;
-use crate::client::devicenet::{Response, Slave};
 use crate::error::Error;
 use crate::identify::{Found, TRIES};
+use crate::link::Link;
 use crate::master::Target;
+use crate::master::devicenet::explicit::{Response, Slave};
 use plumbline::model::catalog::{PRODUCTS, Product};
 use plumbline::param::number;
 use plumbline::time::Duration;

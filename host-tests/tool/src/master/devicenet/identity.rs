@@ -1,8 +1,8 @@
 //! What a sensor tells about itself.
 
 use super::connection::IDENTITY;
-use crate::client::devicenet::{Response, Slave};
 use crate::error::Error;
+use crate::master::devicenet::explicit::{Response, Slave};
 use crate::ops::identity::{Values, numbers, texts};
 use crate::session::Session;
 use descriptors::unit::Value;

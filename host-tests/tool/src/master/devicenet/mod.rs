@@ -2,6 +2,7 @@
 
 mod connection;
 mod cyclic;
+pub mod explicit;
 mod identify;
 mod identity;
 
@@ -9,11 +10,12 @@ pub(crate) use connection::Connection;
 pub(crate) use identify::owned;
 
 use super::{Master, Protocol, Roles, Storing, Target};
-use crate::client::devicenet::{Path, Slave};
-use crate::client::{Link, sdo};
 use crate::cyclic::Started;
 use crate::error::Error;
 use crate::identify::Found;
+use crate::link::Link;
+use crate::master::canopen::sdo;
+use crate::master::devicenet::explicit::{Path, Slave};
 use crate::ops::identity::Values;
 use crate::ops::raw::{bad, bytes};
 use crate::output::Terminal;

@@ -1,9 +1,9 @@
 //! The angles in the reply to a function select code, which the sensor also sends by itself in cyclic mode.
 
 use super::tables;
-use crate::client::fsc::{self, Reply, Sensor};
 use crate::cyclic::{Message, Source, Started, Stream};
 use crate::error::Error;
+use crate::master::fsc::request::{self as fsc, Reply, Sensor};
 use crate::number::Scale;
 use crate::sample::{Poller, Read, Sampler};
 use crate::session::{Session, unexpected};

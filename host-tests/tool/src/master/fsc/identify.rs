@@ -1,11 +1,11 @@
 //! Which product answers.
 
 use super::tables;
-use crate::client::Link;
-use crate::client::fsc::{self, Sensor};
 use crate::error::Error;
 use crate::identify::{Found, QUICK, TRIES, exchange};
+use crate::link::Link;
 use crate::master::Target;
+use crate::master::fsc::request::{self as fsc, Sensor};
 use crate::number::version_text;
 use plumbline::can::Frame;
 use plumbline::fsc::{Article, Version};

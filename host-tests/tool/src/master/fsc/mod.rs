@@ -3,14 +3,15 @@
 mod angles;
 mod identify;
 mod raw;
+pub mod request;
 mod session;
 
 use super::{Master, Protocol, Roles, Storing, Target};
-use crate::client::Link;
-use crate::client::fsc::{Sensor, shown};
 use crate::cyclic::{Source, Started};
 use crate::error::Error;
 use crate::identify::Found;
+use crate::link::Link;
+use crate::master::fsc::request::{Sensor, shown};
 use crate::number::identifier;
 use crate::ops::identity::Values;
 use crate::output::Terminal;

@@ -1,9 +1,10 @@
 //! One request, as hexadecimal bytes: the code and its data.
 
 use super::tables;
-use crate::client::fsc::{self, Sensor};
-use crate::client::{Link, refusal};
 use crate::error::Error;
+use crate::link::Link;
+use crate::master::fsc::request::{self as fsc, Sensor};
+use crate::master::refusal;
 use crate::ops::raw::{bad, bytes};
 use plumbline::fsc::table::{Function, Operation};
 use plumbline::model::catalog::PRODUCTS;

@@ -1,8 +1,8 @@
 //! Reads, writes and commands in a session.
 
 use super::tables;
-use crate::client::fsc::{self, Sensor};
 use crate::error::Error;
+use crate::master::fsc::request::{self as fsc, Sensor};
 use crate::ops::identity::{Values, numbers};
 use crate::session::{Session, unexpected};
 use crate::sheet::{Address, Entry};

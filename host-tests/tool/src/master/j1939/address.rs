@@ -4,8 +4,8 @@
 //! obey gets the parameter, and a restart.
 
 use super::{PROTOCOL, tables};
-use crate::client::j1939::{self, ANSWER};
 use crate::error::Error;
+use crate::master::j1939::groups::{self as j1939, ANSWER};
 use crate::master::{Ca, Target};
 use crate::ops::Report;
 use crate::ops::address::{free, missing, not_here};

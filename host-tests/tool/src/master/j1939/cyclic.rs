@@ -7,9 +7,9 @@
 
 use super::ssi2::{self, Angles};
 use super::tables;
-use crate::client::j1939;
 use crate::cyclic::{Message, Source, Started, Stream};
 use crate::error::{Error, Kind};
+use crate::master::j1939::groups as j1939;
 use crate::sample::Sampler;
 use crate::session::Session;
 use crate::sheet::Entry;

@@ -2,10 +2,10 @@
 //! another device.
 
 use super::tables;
-use crate::client::Link;
-use crate::client::j1939::{Answer, get, name};
 use crate::error::Error;
 use crate::identify::{Found, TRIES, text_of};
+use crate::link::Link;
+use crate::master::j1939::groups::{Answer, get, name};
 use crate::master::{Ca, Target};
 use plumbline::j1939::identifier::{COMPONENT_IDENTIFICATION, Pgn, SOFTWARE_IDENTIFICATION};
 use plumbline::j1939::name::Name;

@@ -1,7 +1,7 @@
 //! What a sensor tells about itself.
 
-use crate::client::j1939::{self, Answer};
 use crate::error::Error;
+use crate::master::j1939::groups::{self as j1939, Answer};
 use crate::ops::identity::{Values, texts};
 use crate::session::Session;
 use descriptors::unit::Value;

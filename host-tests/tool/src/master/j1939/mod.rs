@@ -2,6 +2,7 @@
 
 pub mod address;
 mod cyclic;
+pub mod groups;
 mod identify;
 mod identity;
 mod raw;
@@ -9,10 +10,11 @@ mod session;
 mod ssi2;
 
 use super::{Master, Protocol, Roles, Storing, Target, canopen};
-use crate::client::{Link, j1939};
 use crate::cyclic::{Source, Started};
 use crate::error::Error;
 use crate::identify::Found;
+use crate::link::Link;
+use crate::master::j1939::groups as j1939;
 use crate::ops::identity::Values;
 use crate::output::Terminal;
 use crate::sample::{Poller, Sampler};

@@ -1,9 +1,10 @@
 //! One request: a group, or an object as in CANopen.
 
 use super::Ca;
-use crate::client::{Link, j1939};
 use crate::error::Error;
+use crate::link::Link;
 use crate::master::canopen;
+use crate::master::j1939::groups as j1939;
 use crate::ops::raw::bad;
 
 /// Sends a request and returns the bytes of its answer.

@@ -1,9 +1,9 @@
 //! Commands in a session.
 
 use super::Ca;
-use crate::client::sdo::Server;
 use crate::error::Error;
 use crate::master::canopen;
+use crate::master::canopen::sdo::Server;
 use crate::session::{Session, unexpected};
 use plumbline::canopen::dictionary::Starts;
 

@@ -1,7 +1,8 @@
 //! The angles in the J1939 group SSI2.
 
-use crate::client::{Link, j1939};
 use crate::error::Error;
+use crate::link::Link;
+use crate::master::j1939::groups as j1939;
 use crate::number::Scale;
 use crate::sample::{Poller, Read};
 use crate::session::Session;

@@ -172,7 +172,7 @@ pub(super) fn on_request(failure: Error) -> Error {
 mod tests {
     use super::*;
     use crate::adapter::{Adapter, Mode, demo};
-    use crate::client::Link;
+    use crate::link::Link;
     use crate::serve::events::Hub;
     use crate::serve::lease::Lease;
     use plumbline::can::{CanId, Frame};

@@ -5,10 +5,10 @@
 //!  1A00h + n  0 number of objects      1 .. objects: index << 16 | sub-index << 8 | bits
 //! ```
 
-use crate::client::Link;
-use crate::client::sdo::{Answer, Server};
 use crate::cyclic::Layout;
 use crate::error::Error;
+use crate::link::Link;
+use crate::master::canopen::sdo::{Answer, Server};
 use crate::sheet::{Address, Entry};
 use plumbline::can::CanId;
 use plumbline::canopen::cob_id::{BIT_29, BIT_30, DISABLED};

@@ -13,8 +13,8 @@
 pub mod own;
 pub mod transport;
 
-use super::Link;
 use crate::error::Error;
+use crate::link::Link;
 use plumbline::can::Frame;
 use plumbline::j1939::identifier::{
     ACKNOWLEDGEMENT, ADDRESS_CLAIMED, COMMANDED_ADDRESS, GLOBAL, Identifier, NO_ADDRESS, Pgn,

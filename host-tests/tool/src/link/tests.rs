@@ -1,5 +1,8 @@
 use super::*;
 use crate::adapter::Capabilities;
+use crate::master::canopen::{nmt, sdo};
+use crate::master::devicenet::explicit as devicenet;
+use crate::master::fsc::request as fsc;
 use plumbline::can::standard;
 use std::cell::RefCell;
 use std::collections::VecDeque;
@@ -266,7 +269,7 @@ fn heartbeat_time_of_a_node_is_put_back_if_an_answer_is_lost() {
     let last = *adapter.0.borrow().sent.last().unwrap();
     assert_eq!(last.bytes(), [0x2B, 0x17, 0x10, 0, 0, 0, 0, 0]);
     let adapter = Scripted::default();
-    let mut link = crate::client::tests::link(&adapter);
+    let mut link = crate::link::tests::link(&adapter);
     adapter.0.borrow_mut().replies = begin().into();
     let failure = nmt::state(&mut link, 10).unwrap_err();
     assert_eq!(failure.code, "not-put-back");

@@ -13,8 +13,8 @@
 
 mod reasons;
 
-use super::Link;
 use crate::error::Error;
+use crate::link::Link;
 use plumbline::can::{CanId, Frame};
 use plumbline::canopen::Abort;
 use plumbline::canopen::cob_id::{SDO_REPLY, SDO_REQUEST};

@@ -8,8 +8,8 @@
 //!  7 EB<dst><src>   number data x 7                     a packet; the last one is filled with FF
 //! ```
 
-use crate::client::Link;
 use crate::error::Error;
+use crate::link::Link;
 use plumbline::can::Frame;
 use plumbline::j1939::identifier::{GLOBAL, Identifier, Pgn, TRANSPORT_CONTROL, TRANSPORT_DATA};
 use plumbline::j1939::transport::{Control, PACKET, Packet, Reason, T1, T2};

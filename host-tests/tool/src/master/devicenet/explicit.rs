@@ -9,8 +9,9 @@
 //!                        80h + .. fragment  data                                   a part of a longer response
 //! ```
 
-use super::{Link, refusal};
 use crate::error::Error;
+use crate::link::Link;
+use crate::master::refusal;
 use plumbline::can::{CanId, Frame};
 use plumbline::devicenet::choice::{EXPLICIT, POLL};
 use plumbline::devicenet::identifiers::{Group1, group_2, group_2_id};

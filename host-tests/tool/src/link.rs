@@ -1,22 +1,10 @@
-//! The masters: one request, one answer, over an adapter.
-//!
-//! - [`Link`]: the adapter with a count of the frames that were sent
-//! - [`fsc`]: GEMAC function select codes
-//! - [`sdo`], [`nmt`], [`lss`]: CANopen
-//! - [`devicenet`]: explicit messages of DeviceNet
-//! - [`j1939`]: addresses and groups of J1939; its parameters are those of [`sdo`]
-
-pub mod devicenet;
-pub mod fsc;
-pub mod j1939;
-pub mod lss;
-pub mod nmt;
-pub(crate) mod refusal;
-pub mod sdo;
+//! The link to the bus: an adapter with a count of the frames that were sent; one request, one answer.
 
 use crate::adapter::{Adapter, Mode};
 use crate::boot_up::BootUps;
 use crate::error::Error;
+use crate::master::fsc::request::Sensor;
+use crate::master::j1939::groups::own::Own;
 use plumbline::can::{BitRate, Frame};
 use plumbline::time::{Duration, Instant, after, millis};
 use std::rc::Rc;
@@ -49,7 +37,7 @@ pub struct Link {
     /// The adapter took part in the bus while the tool listened.
     takes_part: bool,
     /// The J1939 address of the tool, from the first frame on that must have one.
-    own: Option<j1939::own::Own>,
+    pub(crate) own: Option<Own>,
 }
 
 impl Link {
@@ -212,7 +200,7 @@ impl Link {
     ///
     /// # Errors
     /// The adapter fails.
-    pub fn take_booted(&mut self) -> Result<Vec<fsc::Sensor>, Error> {
+    pub fn take_booted(&mut self) -> Result<Vec<Sensor>, Error> {
         while let Some(settled) = self.booted.settled()
             && self.now() < settled
         {

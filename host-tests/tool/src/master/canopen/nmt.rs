@@ -5,9 +5,9 @@
 //!  700h + node  state                  heartbeat: 00h boot-up, 04h stopped, 05h operational, 7Fh pre-operational
 //! ```
 
-use super::Link;
 use super::sdo::{Answer, Server};
 use crate::error::Error;
+use crate::link::Link;
 use plumbline::can::{CanId, Frame};
 use plumbline::canopen::cob_id::{ERROR_CONTROL, NMT};
 use plumbline::canopen::nmt;

@@ -1,7 +1,8 @@
 //! CANopen layer setting services, master (CiA 305): fastscan of nodes without node-ID, and the bit rate of a known node.
 
-use super::{Link, refusal};
 use crate::error::Error;
+use crate::link::Link;
+use crate::master::refusal;
 use plumbline::can::{BitRate, CanId, Frame};
 use plumbline::canopen::cob_id::{LSS_REPLY, LSS_REQUEST};
 use plumbline::canopen::lss::{BEGIN_SCAN, BIT_RATES, answer, command};

@@ -1,6 +1,6 @@
 //! What the abort codes mean, and what a user can do then.
 
-use crate::client::refusal;
+use crate::master::refusal;
 use plumbline::canopen::Abort;
 
 /// The meanings of the abort codes of the core.

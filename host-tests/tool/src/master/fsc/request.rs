@@ -6,8 +6,9 @@
 //!  reply     code     status   data
 //! ```
 
-use super::{Link, refusal};
 use crate::error::Error;
+use crate::link::Link;
+use crate::master::refusal;
 use plumbline::can::{CanId, Frame};
 use plumbline::fsc::{Condition, StatusBit};
 use plumbline::model::listing::fsc::Tables;
