@@ -96,7 +96,8 @@ pub fn sensor_without_a_crystal_shows_the_error_led_and_stays_off_the_bus() {
     rig.poll();
 }
 
-/// The boot waits without a limit for the PLL. The watchdog counts from FFFh until its first reload (RM0008 and RM0390, IWDG functional description).
+/// The boot waits without a limit for the PLL. The watchdog counts from FFFh until its first reload (RM0008 and RM0390, description of
+/// IWDG).
 #[test]
 pub fn watchdog_resets_the_chip_within_its_period_if_the_pll_does_not_lock() {
     let mut rig = Rig::with("is2", BusRate::Fixed(RATE), fixed("is2", RATE));
