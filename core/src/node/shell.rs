@@ -1,11 +1,13 @@
-//! The protocol-neutral half of a node: transmit queue, bit rate detection, fault confinement, LEDs, restart and pending actions.
+//! The protocol-neutral half of a node: transmit queue, bit rate detection, fault confinement, LEDs and restart.
 
-use super::{Action, Autobaud, BitTime, BusChange, BusMode, BusState, Patterns, TransmitQueue};
+use super::{Autobaud, BitTime, BusChange, BusMode, BusState, Patterns, TransmitQueue};
 use crate::application::Outputs;
 use crate::can::{BitRate, CanId, Frame};
 use crate::store::{Boot, Unit};
 use crate::time::{Deadline, Duration, Instant, after, millis, reached};
 use heapless::Deque;
+
+mod work;
 
 /// The maximum number of received frames that wait for the end of a save.
 const DEFERRED: usize = 2;
@@ -361,76 +363,6 @@ impl Shell {
         core::mem::take(&mut self.stop)
     }
 
-    pub(super) fn begin_save(&mut self) {
-        self.save = true;
-        self.dirty = true;
-    }
-
-    /// True if there is nothing to do.
-    pub(super) fn is_idle(&self, now: Instant) -> bool {
-        !self.dirty && !self.new_patterns && !self.wake.is_reached(now)
-    }
-
-    /// The patterns of the LEDs, once after each change.
-    pub(super) fn take_patterns(&mut self) -> Option<Patterns> {
-        core::mem::take(&mut self.new_patterns).then_some(self.patterns)
-    }
-
-    /// Clears the request of [`wake_up`](Self::wake_up).
-    pub(super) fn begin_work(&mut self) {
-        self.dirty = false;
-    }
-
-    /// The next action in the order of priority, except [`Action::Leds`]. `outputs` are the outputs of the application.
-    pub(super) fn next_action(&mut self, now: Instant, outputs: Option<Outputs>) -> Option<Action> {
-        if self.is_blocked(cause::BUS) {
-            self.block(cause::BUS, false);
-            let (mode, rate) = self.bus;
-            return Some(Action::Bus(mode, rate));
-        }
-        if core::mem::take(&mut self.recover) {
-            return Some(Action::Recover);
-        }
-        if core::mem::take(&mut self.save) {
-            return Some(Action::Save);
-        }
-        if let Some(outputs) = outputs
-            && outputs != self.reported
-        {
-            return Some(self.report(outputs));
-        }
-        match self.state {
-            NodeState::Restarting(until) if self.queue.is_empty() || reached(now, until) => {
-                self.state = NodeState::Restarted;
-                Some(Action::Restart)
-            }
-            _ => None,
-        }
-    }
-
-    /// Reports one changed output to the hardware.
-    fn report(&mut self, outputs: Outputs) -> Action {
-        if let Some(connected) = outputs.termination()
-            && outputs.termination() != self.reported.termination()
-        {
-            self.reported = self.reported.with_termination(connected);
-            return Action::Termination(connected);
-        }
-        if let Some(duty) = outputs.heater()
-            && outputs.heater() != self.reported.heater()
-        {
-            self.reported = self.reported.with_heater(duty);
-            return Action::Heater(duty);
-        }
-        self.reported = outputs;
-        Action::SelfTest
-    }
-
-    /// Whether these outputs were reported to the hardware.
-    pub(super) fn has_reported(&self, outputs: Outputs) -> bool {
-        self.reported == outputs
-    }
-
     /// Whether the queue has a frame.
     pub fn is_sending(&self) -> bool {
         !self.queue.is_empty()
@@ -448,20 +380,5 @@ impl Shell {
             _ => return None,
         }
         self.queue.pop()
-    }
-
-    /// Sets the time of the next work. `earliest` is the next deadline of the protocol.
-    pub(super) fn schedule(&mut self, mut earliest: Deadline) {
-        if let NodeState::Restarting(until) = self.state {
-            earliest.consider(Deadline::at(until));
-        }
-        if !self.is_stale && !self.is_leaving() {
-            earliest.consider(Deadline::at(self.valid_until));
-        }
-        self.wake = earliest;
-    }
-
-    pub(super) fn deadline(&self) -> Deadline {
-        self.wake
     }
 }
