@@ -349,7 +349,7 @@ pub fn check(session: &mut Session, terminal: &mut Terminal) -> Result<(), Error
 
 /// Vendor and product code of a device: object 1018h, or attributes of the identity object.
 fn identity(session: &Session) -> [Entry; 2] {
-    let is_devicenet = matches!(session.sheet.product.protocol, Protocol::Devicenet(_));
+    let is_devicenet = crate::master::devicenet::tables(session.sheet.product).is_some();
     [("vendor", 1, 1), ("product code", 2, 3)].map(|(what, sub, attribute)| match is_devicenet {
         true => {
             let address = Address::Attribute {

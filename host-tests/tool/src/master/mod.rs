@@ -27,6 +27,7 @@ use crate::sample::{Poller, Sampler};
 use crate::scan::listen;
 use crate::session::Session;
 use crate::sheet::Entry;
+use crate::sheet::rows::Builder;
 use plumbline::can::{BitRate, CanId, Frame};
 use plumbline::model::catalog::Product;
 use plumbline::time::{Duration, millis};
@@ -55,6 +56,8 @@ pub struct Protocol {
     pub target: fn(&str) -> Result<Target, Error>,
     /// The parameters of a product with a role in this protocol; None: the product does not have this protocol.
     pub roles: fn(&Product) -> Option<Roles>,
+    /// Adds the rows of the tables of a product to its sheet.
+    pub(crate) rows: fn(&mut Builder),
 }
 
 impl Eq for Protocol {}

@@ -14,13 +14,13 @@
 //! Reply-Parameter-ID as delivered counts.
 
 use super::listen::Frames;
-use crate::master::fsc::factory_reply;
+use crate::master::fsc::{factory_reply, tables};
 use plumbline::can::{CanId, Frame};
 use plumbline::devicenet::identifiers::{Group1, MAC_MAX, group_2, group_2_id};
 use plumbline::fsc::Condition;
 use plumbline::fsc::table::{Function, Operation, Source};
 use plumbline::j1939::identifier::Identifier;
-use plumbline::model::catalog::{PRODUCTS, Product, Protocol};
+use plumbline::model::catalog::{PRODUCTS, Product};
 use plumbline::param::number;
 use plumbline::time::{Duration, Instant, millis};
 
@@ -130,17 +130,14 @@ fn is_devicenet_id(id: u16) -> bool {
 
 /// The reply with the angles of a product, and the product.
 fn inclination(product: &'static Product) -> Option<(&'static Function, &'static Product)> {
-    let Protocol::Fsc(tables) = &product.protocol else {
-        return None;
-    };
-    let mut functions = tables.functions.iter();
+    let mut functions = tables(product)?.functions.iter();
     let function = functions.find(|function| function.operation == Operation::Inclination)?;
     Some((function, product))
 }
 
 /// Whether only bits are set in a status byte that a product has.
 fn is_status(status: u8, product: &Product) -> bool {
-    let Protocol::Fsc(tables) = &product.protocol else {
+    let Some(tables) = tables(product) else {
         return false;
     };
     let mut bits = tables.status.iter().enumerate();

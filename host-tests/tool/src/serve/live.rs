@@ -9,13 +9,13 @@ use super::sheets::Sheets;
 use crate::cyclic::pace::Pace;
 use crate::error::{Error, Kind as Refusal};
 use crate::identify::Found;
+use crate::master::fsc;
 use crate::sample::{Sample, Sampler};
 use crate::scan::kbits;
 use crate::session::Session;
 use crate::sheet::Entry;
 use condition::ERROR_REGISTER;
 use plumbline::fsc::Condition;
-use plumbline::model::catalog::Protocol;
 use plumbline::time::{Duration, Instant, after, millis};
 use serde_json::{Value, json};
 
@@ -312,8 +312,8 @@ impl Live {
             }
         }
         self.push(Value::Array(row));
-        if let (Some(status), Protocol::Fsc(tables)) =
-            (sample.status, &self.session.sheet.product.protocol)
+        if let (Some(status), Some(tables)) =
+            (sample.status, fsc::tables(self.session.sheet.product))
         {
             let bits = tables.status.iter().enumerate();
             let active = bits.filter(|(place, _)| status >> place & 1 != 0);

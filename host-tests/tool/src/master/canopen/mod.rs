@@ -6,6 +6,7 @@ mod identity;
 pub mod lss;
 pub mod nmt;
 pub(super) mod raw;
+mod rows;
 pub mod sdo;
 mod session;
 
@@ -43,6 +44,7 @@ pub const PROTOCOL: Protocol = Protocol {
     command: Some("node-id"),
     target,
     roles,
+    rows: rows::add,
 };
 
 /// A node, with its node-ID.

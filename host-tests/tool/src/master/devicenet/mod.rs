@@ -5,6 +5,7 @@ mod cyclic;
 pub mod explicit;
 mod identify;
 mod identity;
+mod rows;
 
 pub(crate) use connection::Connection;
 pub(crate) use identify::owned;
@@ -41,6 +42,7 @@ pub const PROTOCOL: Protocol = Protocol {
     command: Some("mac"),
     target,
     roles,
+    rows: rows::add,
 };
 
 /// How long a node is asked that has just been heard: it answers after its duplicate MAC ID check of two seconds.

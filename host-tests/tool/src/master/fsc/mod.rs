@@ -4,6 +4,7 @@ mod angles;
 mod identify;
 mod raw;
 pub mod request;
+mod rows;
 mod session;
 
 use super::{Master, Protocol, Roles, Storing, Target};
@@ -38,6 +39,7 @@ pub const PROTOCOL: Protocol = Protocol {
     command: None,
     target,
     roles,
+    rows: rows::add,
 };
 
 /// The tables of a product; None: it has another protocol.
