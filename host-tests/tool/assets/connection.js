@@ -3,6 +3,7 @@
 import { which } from "./actions.js";
 import { Failure, get, post } from "./api.js";
 import { ask } from "./dialog.js";
+import { textOf } from "./reading.js";
 import { attempt, element, emit, fail, goneText, isReady, make, on, press, sensor, state } from "./state.js";
 import { currentLanguage, onLanguage, questionText, said, t } from "./texts.js";
 import { missed } from "./trace.js";
@@ -24,8 +25,6 @@ const ending = [];
 let catalogue = [];
 /** The data sheets. @type {Product[]} */
 let sheets = [];
-/** The longest data sheet in bytes. */
-const LONGEST = 1 << 20;
 
 /** @typedef {{sheet: string, name: string, maker: string, protocol: string, file?: string, entries?: number, leftOut?: number}} Product */
 
@@ -67,7 +66,7 @@ async function openSheet() {
   const [chosen] = field.files ?? [];
   if (!chosen) return;
   try {
-    const row = await post("api/eds", { name: chosen.name, text: await textOf(chosen) });
+    const row = await post("api/eds", { name: chosen.name, text: await textOf(chosen, { isDataSheet: true }) });
     if (!sheets.some(({ sheet }) => sheet === row.sheet)) sheets = [...sheets, row];
     input("product").value = "";
     showProducts();
@@ -80,17 +79,6 @@ async function openSheet() {
   } finally {
     // The same file can be chosen again.
     field.value = "";
-  }
-}
-
-/** The text of a data sheet in UTF-8 or Latin-1. @param {Blob} chosen */
-export async function textOf(chosen) {
-  if (chosen.size > LONGEST) throw new Failure("eds-too-long", "");
-  const bytes = await chosen.arrayBuffer();
-  try {
-    return new TextDecoder("utf-8", { fatal: true }).decode(bytes);
-  } catch {
-    return new TextDecoder("latin1").decode(bytes);
   }
 }
 

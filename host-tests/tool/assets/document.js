@@ -4,6 +4,7 @@ import { which } from "./actions.js";
 import { post } from "./api.js";
 import { download } from "./chart.js";
 import { ask } from "./dialog.js";
+import { textOf } from "./reading.js";
 import { attempt, element, emit, isReady, on, press, sensor, shown, state } from "./state.js";
 import { onLanguage, t } from "./texts.js";
 
@@ -93,7 +94,7 @@ async function open() {
   const [chosen] = field.files;
   if (!chosen) return;
   try {
-    if (await mayReplace()) take(await post("api/file", { text: await chosen.text(), sheet: state.device?.sheet ?? (element("product").value || null) }), chosen.name, false);
+    if (await mayReplace()) take(await post("api/file", { text: await textOf(chosen, { isDataSheet: false }), sheet: state.device?.sheet ?? (element("product").value || null) }), chosen.name, false);
   } finally {
     // The same file can be opened again.
     field.value = "";

@@ -2,8 +2,8 @@
 
 import { get, post } from "./api.js";
 import { download } from "./chart.js";
-import { textOf } from "./connection.js";
 import { ask } from "./dialog.js";
+import { textOf } from "./reading.js";
 import { attempt, element, isReady, make, on, press, sensor, state } from "./state.js";
 import { onLanguage, t } from "./texts.js";
 
@@ -28,7 +28,7 @@ async function open() {
     const { name } = chosen;
     // A sheet names its product, an EDS does not.
     const product = name.endsWith(".toml") ? null : state.device?.product ?? (element("product").value || null);
-    identity = { ...await post("api/identity", { text: await textOf(chosen), name, product }), from: name };
+    identity = { ...await post("api/identity", { text: await textOf(chosen, { isDataSheet: !name.endsWith(".toml") }), name, product }), from: name };
     show();
   } finally {
     // The same file can be opened again.

@@ -41,6 +41,7 @@ pub const ASSETS: &[Asset] = &[
     asset!(JS, "identity.js"),
     asset!(JS, "log.js"),
     asset!(JS, "parameters.js"),
+    asset!(JS, "reading.js"),
     asset!(JS, "ring.js"),
     asset!(JS, "sentences-de.js"),
     asset!(JS, "state.js"),

@@ -26,7 +26,7 @@ async function backed() {
 
 async function opened(page, own, name = "crane.toml") {
   page.reply("api/file", own);
-  page.element("file").files = [{ name, text: async () => own.text ?? "" }];
+  page.element("file").files = [{ name, size: 1, arrayBuffer: async () => Uint8Array.from(own.bytes ?? new TextEncoder().encode(own.text ?? "")).buffer }];
   await page.change("file");
 }
 
@@ -310,6 +310,16 @@ test("file_that_cannot_be_read_names_the_next_step", async () => {
   assert.match(page.text("file-state"), /Press Sensor to file/);
 });
 
+test("file_in_utf_16_is_read_and_one_that_is_no_text_is_refused", async () => {
+  const page = await connected();
+  page.reply("api/file", { product: "is2", sheet: "is2", text: "t", values: {} });
+  await opened(page, { bytes: [0xFF, 0xFE, 0x4D, 0, 0xFC, 0] });
+  assert.equal(page.requests.pop().body.text, "Mü");
+  await opened(page, { bytes: [0x4D, 0xFC] });
+  assert.deepEqual(page.requests, []);
+  assert.match(page.text("message"), /not a text in UTF-8 or UTF-16/);
+});
+
 const SHEET = { sheet: "eds:1", name: "jn2101-eds", maker: "Müller", protocol: "canopen", file: "one.eds", entries: 12, leftOut: 1 };
 
 test("data_sheet_is_handed_to_the_server_and_the_address_is_asked_for", async () => {
@@ -320,8 +330,11 @@ test("data_sheet_is_handed_to_the_server_and_the_address_is_asked_for", async ()
     await page.change("eds");
     await page.pass(0);
   };
-  // A letter in Latin-1, and the same letter in UTF-8.
-  for (const bytes of [[0x4D, 0xFC], [0x4D, 0xC3, 0xBC]]) {
+  // A letter in Latin-1, and the same letter in UTF-8 and UTF-16, with and without byte order mark.
+  for (const bytes of [
+    [0x4D, 0xFC], [0x4D, 0xC3, 0xBC], [0xEF, 0xBB, 0xBF, 0x4D, 0xC3, 0xBC], [0xFF, 0xFE, 0x4D, 0, 0xFC, 0], [0x4D, 0, 0xFC, 0],
+    [0xFE, 0xFF, 0, 0x4D, 0, 0xFC], [0, 0x4D, 0, 0xFC],
+  ]) {
     await choose(bytes);
     assert.deepEqual(page.requests.pop(), { path: "api/eds", body: { name: "one.eds", text: "Mü" }, sensor: null });
   }
