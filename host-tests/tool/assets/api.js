@@ -14,6 +14,10 @@ function secret() {
 }
 
 const token = secret();
+
+/** The name of this tab: only one tab is in charge. */
+export const TAB = Array.from(crypto.getRandomValues(new Uint8Array(12)), (byte) => byte.toString(16).padStart(2, "0")).join("");
+
 // The address of a server that was started again changes only the part behind `#`.
 addEventListener("hashchange", () => { if (GIVEN.test(location.hash)) location.reload(); });
 
@@ -45,7 +49,7 @@ async function failure(response) {
 async function ask(path, options) {
   let response;
   try {
-    response = await fetch(path, { ...options, headers: { ...options.headers, "X-Plumbline-Token": token } });
+    response = await fetch(path, { ...options, headers: { ...options.headers, "X-Plumbline-Token": token, "X-Plumbline-Tab": TAB } });
   } catch {
     throw new Failure("gone", "");
   }

@@ -12,6 +12,7 @@ import * as focus from "./focus.js";
 import * as frames from "./frames.js";
 import * as identity from "./identity.js";
 import * as log from "./log.js";
+import * as owner from "./owner.js";
 import * as parameters from "./parameters.js";
 import { sentence } from "./failure.js";
 import { attempt, element, emit, fail, isAnswering, on } from "./state.js";
@@ -68,7 +69,7 @@ theme.value = localStorage.getItem(THEME) ?? "auto";
 document.documentElement.dataset.theme = theme.value;
 theme.addEventListener("change", () => setTheme(theme.value));
 
-for (const part of [angles, attitude, chart, actions, file, parameters, frames, calibrate, identity, log, focus]) part.start();
+for (const part of [angles, attitude, chart, actions, file, parameters, frames, calibrate, identity, log, focus, owner]) part.start();
 attempt(connection.start);
 /** @type {Failure | null} */
 let lost = null;

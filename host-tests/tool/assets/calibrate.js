@@ -2,7 +2,7 @@
 
 import { post } from "./api.js";
 import { faces, look, paint, svg, turn } from "./attitude.js";
-import { element, make, on, press, state as server } from "./state.js";
+import { element, make, mayAct, on, press, state as server } from "./state.js";
 import { onLanguage, t } from "./texts.js";
 
 /** The order of the positions. */
@@ -98,11 +98,11 @@ function show() {
   set("calibrate-next", state === "done" ? calibration.next ?? "" : "");
   element("calibrate-step").classList.toggle("bad", state === "failed");
   element("calibrate-positions").replaceChildren(...SIDES.map(position));
-  element("calibrate-start").disabled = isGone || state === "off" || isRunning;
-  element("calibrate-take").disabled = isGone || state !== "asking";
+  element("calibrate-start").disabled = !mayAct() || state === "off" || isRunning;
+  element("calibrate-take").disabled = !mayAct() || state !== "asking";
   element("calibrate-take").dataset.question = String(calibration.question ?? "");
-  element("calibrate-again").disabled = isGone || state !== "asking";
-  element("calibrate-stop").disabled = !isRunning;
+  element("calibrate-again").disabled = !mayAct() || state !== "asking";
+  element("calibrate-stop").disabled = !isRunning || !mayAct();
   draw(calibration.side ?? SIDES[0]);
 }
 
@@ -123,6 +123,6 @@ export function start() {
   answer("again");
   press("calibrate-stop", () => post("api/calibrate", "stop"));
   on("calibration", (/** @type {Calibration} */ next) => { calibration = next; show(); });
-  for (const kind of ["gone", "restarted"]) on(kind, show);
+  for (const kind of ["gone", "restarted", "owner"]) on(kind, show);
   onLanguage(show);
 }

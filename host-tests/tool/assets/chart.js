@@ -1,7 +1,7 @@
 // The oscilloscope: uPlot over the samples of one or more sensors.
 
 import { post } from "./api.js";
-import { attempt, element, make, on, sensor, state } from "./state.js";
+import { attempt, element, make, mayAct, on, sensor, state } from "./state.js";
 import { currentLanguage, decimal, onLanguage, t } from "./texts.js";
 import { missed, Trace } from "./trace.js";
 
@@ -265,7 +265,7 @@ export function start() {
   on("status", (status) => {
     const field = element("samples");
     if (status && document.activeElement !== field) field.value = String(status.samples);
-    field.disabled = state.gone !== null;
+    field.disabled = !mayAct();
   });
   element("pause").addEventListener("click", pause);
   element("window").addEventListener("change", () => { isDirty = true; });

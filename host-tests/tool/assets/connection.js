@@ -4,7 +4,7 @@ import { which } from "./actions.js";
 import { Failure, get, post } from "./api.js";
 import { ask } from "./dialog.js";
 import { textOf } from "./reading.js";
-import { attempt, element, emit, fail, goneText, isReady, make, on, press, sensor, state } from "./state.js";
+import { attempt, element, emit, fail, goneText, isReady, make, mayAct, on, press, sensor, state } from "./state.js";
 import { currentLanguage, onLanguage, questionText, said, t } from "./texts.js";
 import { missed } from "./trace.js";
 
@@ -239,11 +239,11 @@ function showStatus() {
   const { status, gone } = state;
   const isGone = gone !== null;
   const busy = (status?.busy ?? null) !== null;
-  for (const id of ["connect", "find"]) input(id).disabled = busy || isGone;
-  input("disconnect").disabled = busy || isGone || (status?.state ?? "closed") === "closed";
-  input("stop").disabled = !busy || isGone;
+  for (const id of ["connect", "find"]) input(id).disabled = busy || !mayAct();
+  input("disconnect").disabled = busy || !mayAct() || (status?.state ?? "closed") === "closed";
+  input("stop").disabled = !busy || !mayAct();
   for (const id of ["eds", "file", "new-file"]) input(id).disabled = isGone;
-  for (const button of element("found").querySelectorAll("button")) button.disabled = isGone || (button.dataset.kind === "add" && !isReady());
+  for (const button of element("found").querySelectorAll("button")) button.disabled = !mayAct() || (button.dataset.kind === "add" && !isReady());
   if (isGone) {
     set("state", t(goneText()));
     set("frames-per-second", "-");
@@ -327,6 +327,8 @@ export async function start() {
   sheets = products.filter((/** @type {Product} */ { file }) => file !== undefined);
   showProducts();
   fill(first);
+  // A page that is opened again has the port of the connection.
+  if (state.status?.port) input("port").value = state.status.port;
   state.rates = rates;
   emit("products", products);
 }

@@ -4,7 +4,7 @@ import { get, post } from "./api.js";
 import { download } from "./chart.js";
 import { ask } from "./dialog.js";
 import { textOf } from "./reading.js";
-import { attempt, element, isReady, make, on, press, sensor, state } from "./state.js";
+import { attempt, element, isReady, make, mayAct, on, press, sensor, state } from "./state.js";
 import { onLanguage, t } from "./texts.js";
 
 /** @typedef {{product: string, identity: Record<string, number | string | null>, sheet: string, from: string}} Identity */
@@ -53,7 +53,7 @@ function enable() {
   element("identity-read").disabled = !isReady();
   element("identity-file").disabled = isGone;
   element("identity-download").disabled = identity === null;
-  element("identity-write").disabled = isGone || identity === null || store === null;
+  element("identity-write").disabled = !mayAct() || identity === null || store === null;
 }
 
 function show() {

@@ -1,5 +1,7 @@
 // What the server has told, for all parts of the page.
 
+import { TAB } from "./api.js";
+
 /**
  * @typedef {{value: number | string, unit: string, raw: number}} Value
  * @typedef {{name: string, unit: string}} Angle
@@ -21,6 +23,8 @@ export const state = {
   angles: null,
   /** The bit rates in kbit/s. @type {number[]} */
   rates: [],
+  /** The tab that is in charge; null: none. @type {string | null} */
+  owner: null,
   /** Why there are no events: the code of the failure. @type {string | null} */
   gone: null,
 };
@@ -38,16 +42,20 @@ export function emit(kind, data) {
   if (kind === "status") state.status = data;
   if (kind === "device") state.device = data;
   if (kind === "values") state.values = data;
+  if (kind === "owner") state.owner = data;
   if (kind === "gone") state.gone = data;
   if (kind === "restarted") state.gone = null;
   for (const listener of listeners.get(kind) ?? []) listener(data);
   // What depends on the status depends on the server as well.
-  if (kind === "gone" || kind === "restarted") emit("status", state.status);
+  if (["gone", "restarted", "owner"].includes(kind)) emit("status", state.status);
 }
+
+/** Whether this tab can act: the server answers, and no other tab is in charge. @returns {boolean} */
+export const mayAct = () => state.gone === null && (state.owner === null || state.owner === TAB);
 
 /** Whether a command can be given to a sensor. @returns {boolean} */
 export function isReady() {
-  return state.gone === null && state.status?.state === "active" && state.device !== null && !state.status.busy;
+  return mayAct() && state.status?.state === "active" && state.device !== null && !state.status.busy;
 }
 
 /** The key of the text for a server without events. */

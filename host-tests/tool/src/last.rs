@@ -49,6 +49,11 @@ impl Last {
         Self { path, table }
     }
 
+    /// The port of the last command.
+    pub fn port(&self) -> Option<&str> {
+        self.table.get("port")?.as_str()
+    }
+
     fn text(&self, port: &str, key: &str) -> Option<&str> {
         self.table.get(port)?.get(key)?.as_str()
     }
@@ -64,11 +69,7 @@ impl Last {
         let mut full = options.clone();
         let mut told = Vec::new();
         if full.port.is_none() {
-            full.port = self
-                .table
-                .get("port")
-                .and_then(Value::as_str)
-                .map(str::to_owned);
+            full.port = self.port().map(str::to_owned);
             told.extend(full.port.iter().map(|port| format!("--port {port}")));
         }
         let count = told.len();

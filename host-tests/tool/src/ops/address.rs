@@ -114,7 +114,7 @@ pub(super) fn move_at_once(
 }
 
 /// Waits until the sensor answers at its new address.
-fn arrive(session: &mut Session, target: Target) -> Result<(), Error> {
+pub(crate) fn arrive(session: &mut Session, target: Target) -> Result<(), Error> {
     session.moved(target);
     let until = after(session.link.now(), RESTART);
     loop {

@@ -40,6 +40,7 @@ pub const ASSETS: &[Asset] = &[
     asset!(JS, "frames.js"),
     asset!(JS, "identity.js"),
     asset!(JS, "log.js"),
+    asset!(JS, "owner.js"),
     asset!(JS, "parameters.js"),
     asset!(JS, "reading.js"),
     asset!(JS, "ring.js"),

@@ -9,7 +9,7 @@
 //! opens another one and knows the present state again. The numbers of the samples show what is missing.
 
 use crate::error::Error;
-use serde_json::Value;
+use serde_json::{Value, json};
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -27,9 +27,18 @@ const ACTIONS: usize = 100;
 /// An event as bytes of the stream.
 pub type Event = Arc<str>;
 
+/// An open tab.
+struct Tab {
+    /// The name that it has given itself; None: a program.
+    name: Option<String>,
+    events: Sender<Event>,
+}
+
 /// The kinds of events that a tab can receive.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
 pub enum Kind {
+    /// The name of the tab that is in charge, or null.
+    Owner,
     /// The connection: port, rate, mode, frames per second, errors.
     Status,
     /// The sensor of the session, or null.
@@ -64,6 +73,7 @@ impl Kind {
     /// The name in the stream.
     pub const fn name(self) -> &'static str {
         match self {
+            Self::Owner => "owner",
             Self::Status => "status",
             Self::Device => "device",
             Self::Values => "values",
@@ -92,7 +102,9 @@ pub struct Hub {
 
 #[derive(Default)]
 struct Inner {
-    tabs: Vec<Sender<Event>>,
+    tabs: Vec<Tab>,
+    /// The tab that is in charge: the others only look.
+    owner: Option<String>,
     newest: BTreeMap<Kind, Event>,
     actions: VecDeque<(u64, Event)>,
 }
@@ -102,13 +114,14 @@ impl Hub {
         self.inner.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// The events for a new tab.
+    /// The events for a new tab of this name. It is in charge if no other one is.
     ///
     /// # Errors
     /// There are five tabs already.
-    pub fn subscribe(&self) -> Result<Receiver<Event>, Error> {
+    pub fn subscribe(&self, name: Option<String>) -> Result<Receiver<Event>, Error> {
         let mut inner = self.inner();
-        inner.tabs.retain(|tab| !tab.is_closed());
+        inner.tabs.retain(|tab| !tab.events.is_closed());
+        inner.resign();
         if inner.tabs.len() >= TABS {
             let message = format!(
                 "{TABS} tabs are already open: close one of them, then this page connects automatically"
@@ -120,8 +133,31 @@ impl Hub {
         for event in inner.newest.values().chain(actions) {
             let _ = tab.try_send(event.clone());
         }
-        inner.tabs.push(tab);
+        let is_first = inner.owner.is_none();
+        inner.tabs.push(Tab {
+            name: name.clone(),
+            events: tab,
+        });
+        if is_first && name.is_some() {
+            inner.charge(name);
+        }
         Ok(events)
+    }
+
+    /// Lets a tab be in charge, also if another one is.
+    pub fn take_over(&self, name: &str) {
+        self.inner().charge(Some(name.to_owned()));
+    }
+
+    /// Whether a tab may act: it is in charge, or nobody is. Then it is from now on.
+    pub fn may_act(&self, name: &str) -> bool {
+        let mut inner = self.inner();
+        inner.tabs.retain(|tab| !tab.events.is_closed());
+        inner.resign();
+        if inner.owner.is_none() {
+            inner.charge(Some(name.to_owned()));
+        }
+        inner.owner.as_deref() == Some(name)
     }
 
     /// The number of a new action or question, from 1.
@@ -131,7 +167,7 @@ impl Hub {
 
     /// Whether a tab is open.
     pub fn is_watched(&self) -> bool {
-        self.inner().tabs.iter().any(|tab| !tab.is_closed())
+        self.inner().tabs.iter().any(|tab| !tab.events.is_closed())
     }
 
     /// Sends an event to all tabs.
@@ -145,12 +181,34 @@ impl Hub {
                 inner.newest.insert(kind, event.clone());
             }
         }
-        // A tab that is full does not read. Without this event it would show an old state.
-        inner.tabs.retain(|tab| tab.try_send(event.clone()).is_ok());
+        inner.send(&event);
+        inner.resign();
     }
 }
 
 impl Inner {
+    /// Sends an event to all tabs. A tab that is full does not read: without this event it would show an old state, so its stream ends.
+    fn send(&mut self, event: &Event) {
+        self.tabs
+            .retain(|tab| tab.events.try_send(event.clone()).is_ok());
+    }
+
+    /// Another tab is in charge.
+    fn charge(&mut self, name: Option<String>) {
+        let event: Event = format!("event: owner\ndata: {}\n\n", json!(name)).into();
+        self.owner = name;
+        self.newest.insert(Kind::Owner, event.clone());
+        self.send(&event);
+    }
+
+    /// Nobody is in charge if the tab that was is closed.
+    fn resign(&mut self) {
+        let is_open = |tab: &Tab| tab.name == self.owner;
+        if self.owner.is_some() && !self.tabs.iter().any(is_open) {
+            self.charge(None);
+        }
+    }
+
     /// Keeps an action; its end replaces its start.
     fn keep(&mut self, number: u64, event: Event) {
         match self.actions.iter_mut().find(|(own, _)| *own == number) {
@@ -173,11 +231,28 @@ mod tests {
     fn sixth_tab_is_refused_until_one_is_closed() {
         let hub = Hub::default();
         let mut tabs: Vec<_> = (0..TABS)
-            .map(|_| hub.subscribe().expect("a place"))
+            .map(|_| hub.subscribe(None).expect("a place"))
             .collect();
-        assert_eq!(hub.subscribe().unwrap_err().code, "too-many-tabs");
+        assert_eq!(hub.subscribe(None).unwrap_err().code, "too-many-tabs");
         tabs.pop();
-        assert!(hub.subscribe().is_ok());
+        assert!(hub.subscribe(None).is_ok());
+    }
+
+    #[test]
+    fn one_tab_is_in_charge_until_it_is_closed_or_another_one_takes_over() {
+        let hub = Hub::default();
+        let open = |name: &str| hub.subscribe(Some(name.to_owned())).expect("a place");
+        let (one, mut two) = (open("one"), open("two"));
+        assert!(hub.may_act("one") && !hub.may_act("two"));
+        let owner = |tab: &mut Receiver<Event>| tab.try_recv().expect("an event");
+        assert_eq!(&*owner(&mut two), "event: owner\ndata: \"one\"\n\n");
+        hub.take_over("two");
+        assert_eq!(&*owner(&mut two), "event: owner\ndata: \"two\"\n\n");
+        assert!(hub.may_act("two") && !hub.may_act("one"));
+        drop(two);
+        hub.publish(Kind::Status, &json!(1));
+        assert!(hub.may_act("one"), "nobody was in charge");
+        drop(one);
     }
 
     #[test]
@@ -188,7 +263,7 @@ mod tests {
         hub.publish(Kind::Samples, &json!(3));
         hub.publish(Kind::Action, &json!({"n": 7, "state": "running"}));
         hub.publish(Kind::Action, &json!({"n": 7, "state": "done"}));
-        let mut tab = hub.subscribe().expect("a place");
+        let mut tab = hub.subscribe(None).expect("a place");
         assert_eq!(
             &*tab.try_recv().expect("the status"),
             "event: status\ndata: 2\n\n"
@@ -204,7 +279,7 @@ mod tests {
     #[test]
     fn stream_of_a_tab_that_does_not_read_ends_and_the_next_one_has_the_present_state() {
         let hub = Hub::default();
-        let mut tab = hub.subscribe().expect("a place");
+        let mut tab = hub.subscribe(None).expect("a place");
         for number in 0..10_000 {
             hub.publish(Kind::Samples, &json!(number));
             hub.publish(Kind::Action, &json!({"n": number}));
@@ -215,7 +290,7 @@ mod tests {
         while tab.try_recv().is_ok() {}
         assert_eq!(tab.try_recv(), Err(TryRecvError::Disconnected));
         assert!(!hub.is_watched());
-        let mut again = hub.subscribe().expect("a place");
+        let mut again = hub.subscribe(None).expect("a place");
         let device = again.try_recv().expect("the device");
         assert!(device.contains("the second sensor"), "{device}");
     }

@@ -180,6 +180,7 @@ impl Server {
             calibration: calibration.clone(),
             sheets: self.sheets.clone(),
             store: self.settings.store.clone(),
+            config: options.config.clone(),
         };
         let (ends, config, sheets) = (stop.clone(), options.config.clone(), self.sheets.clone());
         let worker = thread::Builder::new().name("worker".to_owned());

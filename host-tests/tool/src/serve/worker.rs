@@ -17,6 +17,7 @@ use crate::adapter::{Adapter, Mode};
 use crate::connect;
 use crate::error::{Error, Kind as Refusal};
 use crate::identify::Identity;
+use crate::last::Last;
 use crate::link::Link;
 use crate::output::Terminal;
 use crate::question::Question;
@@ -357,6 +358,7 @@ impl Worker {
             opened => opened?,
         };
         self.given = Some(wanted.clone());
+        Last::open(self.config.as_deref()).keep(&wanted.port, session.link.rate(), session.target);
         lease.keep();
         let rate = session.link.rate().map(kbits);
         let product = session.sheet.product.name;

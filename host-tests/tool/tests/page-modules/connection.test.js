@@ -309,3 +309,29 @@ test("end_of_a_connection_tells_its_reason_once", async () => {
   await page.event("status", { ...CLOSED, error });
   assert.equal(page.text("message"), "", "the same reason again is not new");
 });
+
+test("tab_that_is_not_in_charge_says_so_offers_no_action_and_can_take_over", async () => {
+  const page = await open();
+  const { TAB } = page.import("api.js");
+  await page.connected("is2");
+  await page.event("owner", "another");
+  assert.match(page.text("owner-text"), /Another tab of this page controls the sensor/);
+  for (const id of ["zero", "connect", "find", "disconnect", "samples", "read"]) assert.ok(page.element(id).disabled, id);
+  await page.click("take-over");
+  assert.equal(page.requests.pop().path, "api/owner");
+  await page.event("owner", TAB);
+  assert.ok(page.element("owner").hidden);
+  assert.equal(page.element("zero").disabled, false);
+  await page.event("owner", "another");
+  assert.match(page.text("owner-text"), /has taken over/);
+  await page.change("language", "de");
+  assert.match(page.text("owner-text"), /hat übernommen/);
+  // Nobody is in charge: the first action decides.
+  await page.event("owner", null);
+  assert.ok(page.element("owner").hidden);
+});
+
+test("page_that_is_opened_again_has_the_port_of_the_connection", async () => {
+  const page = await open({ prepare: (own) => own.events.push(new TextEncoder().encode(`event: status\ndata: ${JSON.stringify({ ...STATUS, port: "can0" })}\n\n`)) });
+  assert.equal(page.element("port").value, "can0");
+});

@@ -3,6 +3,7 @@
 use super::{Answer, App};
 use crate::adapter::ports;
 use crate::connect::RATES;
+use crate::last::Last;
 use crate::master::{Protocol, j1939};
 use crate::scan::kbits;
 use crate::sheet::{Entry, Origin, Sheet};
@@ -34,6 +35,10 @@ pub(super) async fn ports(State(app): State<Arc<App>>) -> Answer {
         }
     }
     let first = &app.start.connect;
+    let port = match &*first.port {
+        "" => Last::open(app.config.as_deref()).port().map(str::to_owned),
+        port => Some(port.to_owned()),
+    };
     let mut rates: Vec<Value> = RATES.into_iter().map(kbits).collect();
     rates.sort_by(|one, other| {
         one.as_f64()
@@ -44,7 +49,7 @@ pub(super) async fn ports(State(app): State<Arc<App>>) -> Answer {
         "ports": ports,
         "rates": rates,
         "first": {
-            "port": first.port,
+            "port": port.unwrap_or_default(),
             "rate": first.rate,
             "protocol": first.protocol,
             "address": first.address,

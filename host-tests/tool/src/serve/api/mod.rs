@@ -1,9 +1,11 @@
 //! The requests of the page. All bodies and answers are JSON; an error has the document of `--json`. `run`, `backup` and `restore` have
-//! the number of their sensor in a header, and are refused if it is not the one that is connected.
+//! the number of their sensor in a header, and are refused if it is not the one that is connected. A tab gives its name in a header, and is
+//! refused to act while another tab is in charge.
 //!
 //! | request | body | does |
 //! |---|---|---|
 //! | `GET /api/events` | | server-sent events |
+//! | `POST /api/owner` | | the tab takes over from the one that is in charge |
 //! | `GET /api/ports` | | the ports of this computer, and what the command line says |
 //! | `GET /api/products` | | the products of the catalogue |
 //! | `GET /api/parameters/PRODUCT` | | names, ranges, units and factory values of a product, or of a data sheet |
@@ -36,10 +38,10 @@ use super::{assets, guard};
 use crate::error::{Error, Kind};
 use axum::Router;
 use axum::body::{Body, Bytes};
-use axum::extract::{DefaultBodyLimit, State};
+use axum::extract::{DefaultBodyLimit, Request, State};
 use axum::http::header::CONTENT_TYPE;
 use axum::http::{HeaderMap, StatusCode, Uri};
-use axum::middleware;
+use axum::middleware::{self, Next};
 use axum::response::{IntoResponse, Response};
 use axum::routing::{get, post};
 use serde::de::DeserializeOwned;
@@ -59,6 +61,9 @@ pub const LONGEST: usize = 3 << 20;
 
 /// The header with the number of the sensor that the page shows: `connection` of the event `device`.
 const SENSOR: &str = "x-plumbline-sensor";
+
+/// The header with the name that a tab has given itself. A program has none.
+const TAB: &str = "x-plumbline-tab";
 
 /// What the handlers of all requests share.
 pub struct App {
@@ -80,6 +85,8 @@ pub struct App {
     pub sheets: Arc<Sheets>,
     /// The store file of the command line.
     pub store: Option<PathBuf>,
+    /// The folder with what the tool remembers; None: the folder of the user.
+    pub config: Option<PathBuf>,
 }
 
 /// The answer to a request that failed.
@@ -114,11 +121,7 @@ pub type Answer = Result<axum::Json<Value>, Refusal>;
 /// The pages and the requests.
 pub fn router(app: App) -> Router {
     let app = Arc::new(app);
-    let api = Router::new()
-        .route("/events", get(events))
-        .route("/ports", get(catalog::ports))
-        .route("/products", get(catalog::products))
-        .route("/parameters/{product}", get(catalog::parameters))
+    let acts = Router::new()
         .route("/connect", post(bus::connect))
         .route("/disconnect", post(bus::disconnect))
         .route("/scan", post(bus::scan))
@@ -128,10 +131,18 @@ pub fn router(app: App) -> Router {
         .route("/chart", post(bus::chart))
         .route("/backup", post(bus::backup))
         .route("/restore", post(bus::restore))
-        .route("/eds", post(file::data_sheet))
         .route("/calibrate", post(calibrate))
-        .route("/identity", post(identity::read))
         .route("/identity/store", post(identity::write))
+        .route_layer(middleware::from_fn_with_state(app.clone(), in_charge));
+    let api = Router::new()
+        .merge(acts)
+        .route("/owner", post(take_over))
+        .route("/events", get(events))
+        .route("/ports", get(catalog::ports))
+        .route("/products", get(catalog::products))
+        .route("/parameters/{product}", get(catalog::parameters))
+        .route("/eds", post(file::data_sheet))
+        .route("/identity", post(identity::read))
         .route("/file", post(file::open))
         .route("/file/set", post(file::set))
         .fallback(nothing)
@@ -144,6 +155,36 @@ pub fn router(app: App) -> Router {
         .with_state(app)
 }
 
+/// The name of the tab of a request.
+fn tab(headers: &HeaderMap) -> Option<&str> {
+    let name = headers.get(TAB)?.to_str().ok()?;
+    Some(name).filter(|name| !name.is_empty() && name.len() <= 64)
+}
+
+/// Refuses what a tab does while another one is in charge.
+async fn in_charge(
+    State(app): State<Arc<App>>,
+    request: Request,
+    next: Next,
+) -> Result<Response, Refusal> {
+    match tab(request.headers()) {
+        Some(name) if !app.hub.may_act(name) => Err(Error::refused(
+            "other-tab",
+            "another tab is in charge: nothing was done. Press Take over, then repeat the action",
+        )
+        .into()),
+        _ => Ok(next.run(request).await),
+    }
+}
+
+/// Lets this tab be in charge.
+async fn take_over(State(app): State<Arc<App>>, headers: HeaderMap) -> Answer {
+    let name = tab(&headers)
+        .ok_or_else(|| Error::usage("bad-request", "the request has no name of a tab"))?;
+    app.hub.take_over(name);
+    Ok(axum::Json(Value::Null))
+}
+
 async fn nothing() -> Refusal {
     Refusal {
         status: StatusCode::NOT_FOUND,
@@ -152,8 +193,9 @@ async fn nothing() -> Refusal {
 }
 
 /// The events of a tab.
-async fn events(State(app): State<Arc<App>>) -> Result<Response, Refusal> {
-    let events = app.hub.subscribe().map_err(|failure| Refusal {
+async fn events(State(app): State<Arc<App>>, headers: HeaderMap) -> Result<Response, Refusal> {
+    let name = tab(&headers).map(str::to_owned);
+    let events = app.hub.subscribe(name).map_err(|failure| Refusal {
         status: StatusCode::SERVICE_UNAVAILABLE,
         failure,
     })?;

@@ -98,12 +98,21 @@ impl Worker {
         let config = self.config.clone();
         let mut done = None;
         let result = self.on_sensor(request.words(), |live, terminal| {
+            let next = match request {
+                Request::Restart => ops::rate::next_target(&mut live.session).ok(),
+                _ => None,
+            };
+            let next = next.filter(|next| next.address() != live.session.target.address());
             let mut labels = match request {
                 Request::Label { .. } => Labels::open(config.as_deref())?,
                 _ => Labels::default(),
             };
             let (session, found) = (&mut live.session, &live.found);
             let report = ops::perform(request, session, found, (&mut labels, true), terminal)?;
+            if let Some(target) = next {
+                // An address that was set before acts from the restart on.
+                ops::address::arrive(session, target)?;
+            }
             let document = json!(report);
             done = Some(report);
             Ok(document)

@@ -3,6 +3,7 @@
 //!
 //! The logic of the page is tested in `tests/page-modules`, and the answers of the server in [`crate::serve`].
 
+mod axe;
 mod chromium;
 mod colours;
 mod keyboard;
@@ -15,7 +16,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 type Check = fn(&Browser);
 
 /// The checks, each with a server of its own.
-const CHECKS: [(&str, Check); 7] = [
+const CHECKS: [(&str, Check); 8] = [
     (
         "find",
         use_of_a_sensor::page_finds_a_sensor_and_shows_its_angles,
@@ -32,6 +33,7 @@ const CHECKS: [(&str, Check); 7] = [
         "colours",
         colours::texts_of_both_colour_schemes_have_a_contrast_of_4_5_to_1,
     ),
+    ("axe", axe::axe_finds_nothing_in_both_languages),
 ];
 
 #[test]

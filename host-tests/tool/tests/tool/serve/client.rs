@@ -237,10 +237,19 @@ impl Running {
 
     /// Opens the stream of events, as a tab does.
     pub fn tab(&self) -> Tab {
+        self.tab_with("")
+    }
+
+    /// The same for a tab with a name.
+    pub fn named_tab(&self, name: &str) -> Tab {
+        self.tab_with(&format!("X-Plumbline-Tab: {name}\r\n"))
+    }
+
+    fn tab_with(&self, headers: &str) -> Tab {
         let mut stream = TcpStream::connect(self.address).expect("a connection");
         stream.set_read_timeout(Some(PATIENCE)).expect("a time");
         let request = format!(
-            "GET /api/events HTTP/1.1\r\nHost: {}\r\nX-Plumbline-Token: {}\r\n\r\n",
+            "GET /api/events HTTP/1.1\r\nHost: {}\r\nX-Plumbline-Token: {}\r\n{headers}\r\n",
             self.address, self.token
         );
         stream.write_all(request.as_bytes()).expect("it is sent");

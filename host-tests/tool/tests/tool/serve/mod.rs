@@ -14,6 +14,7 @@ mod frames;
 mod guard;
 mod identity;
 mod j1939;
+mod owner;
 mod scan;
 mod sentences;
 mod stream;
