@@ -1,6 +1,8 @@
 //! Mistakes in the tables of a product are errors of the compiler at the macro of the table, without code generation, as in `cargo check`.
 //! Their messages begin with the line of the row and name the row.
 
+mod drivers;
+
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::{env, fs};
@@ -247,8 +249,15 @@ fn library(libraries: &Path) -> PathBuf {
     files.filter(is_own).max_by_key(changed).unwrap()
 }
 
-/// Compiles a product without code generation. Returns the errors.
+/// Compiles a product without code generation and without warnings. Returns the errors.
 fn compile(name: &str, product: &str) -> String {
+    let errors = compile_with(name, product, "--cap-lints=allow");
+    assert!(errors.is_empty() || errors.contains("error"), "{errors}");
+    errors
+}
+
+/// Compiles a program without code generation, with this option for lints. Returns errors and warnings.
+fn compile_with(name: &str, product: &str, lints: &str) -> String {
     let directory = Path::new(env!("CARGO_TARGET_TMPDIR"));
     let file = directory.join(format!("mistake_{name}.rs"));
     fs::write(&file, product).unwrap();
@@ -259,7 +268,7 @@ fn compile(name: &str, product: &str) -> String {
             "--edition=2024",
             "--crate-type=lib",
             "--emit=metadata",
-            "--cap-lints=allow",
+            lints,
         ])
         .arg(format!("--out-dir={}", directory.display()))
         .arg(format!("-Ldependency={}", libraries.display()))
@@ -271,7 +280,11 @@ fn compile(name: &str, product: &str) -> String {
         .output()
         .unwrap();
     let errors = String::from_utf8(output.stderr).unwrap();
-    assert_eq!(output.status.success(), errors.is_empty(), "{errors}");
+    assert_eq!(
+        output.status.success(),
+        !errors.contains("error"),
+        "{errors}"
+    );
     errors
 }
 

@@ -91,7 +91,7 @@
 //! | a save without a result: [`Platform::stored`] ends without one | E0308: the types do not match |
 //! | an [`Output`] without a branch | E0004: the patterns are not exhaustive |
 //! | the result of [`Driver::turn`] or [`Node::poll`](super::Node::poll), a [`BusEvent`] or a [`Change`] that is not used | `unused_must_use` |
-//! | interrupts and main loop with different nodes | E0308 at [`TwoPriorities::new`] |
+//! | interrupts and main loop with different nodes | E0271 at [`TwoPriorities::new`]: the types do not match |
 //! | a link that threads share without a lock | E0277: it is not `Sync` |
 //!
 //! # What the order ensures
