@@ -11,7 +11,7 @@ export function which() {
   if (!device) return "";
   const rate = device.rate === null ? "" : t("at-rate", device.rate);
   const name = device.label ? ` "${device.label}"` : "";
-  return t("of", `${device.maker} ${device.product}${name}`, device.serial ?? "-", device.address, rate);
+  return t("of", `${device.maker} ${device.product}${name}`, device.serial ?? "-", t(`address-${device.protocol}`, device.address), rate);
 }
 
 /** The angles of this moment: the newest samples can be old. @param {number | null} own */

@@ -89,7 +89,10 @@ async function showPorts() {
 }
 
 function showAddress() {
-  const isGiven = input("protocol").value !== "";
+  const protocol = input("protocol").value;
+  const isGiven = protocol !== "";
+  element("address-help").hidden = !isGiven;
+  element("address-help").textContent = isGiven ? t(`address-help-${protocol}`) : "";
   element("address-label").hidden = !isGiven;
   input("address").required = isGiven;
 }
@@ -196,7 +199,7 @@ function adders(row) {
 /** @param {any} row */
 function row(row) {
   const line = document.createElement("tr");
-  const cells = [row.product ?? t("unknown"), row.label ?? "", row.rate ?? "-", `${row.protocol} ${row.address ?? "-"}`, row.serial ?? "-", row.article ?? row.heard ?? "-", row.firmware ?? "-"];
+  const cells = [row.product ?? t("unknown"), row.label ?? "", row.rate ?? "-", row.address === null || row.address === undefined ? "-" : t(`address-${row.protocol}`, row.address), row.serial ?? "-", row.article ?? row.heard ?? "-", row.firmware ?? "-"];
   const button = /** @type {HTMLButtonElement} */ (make("button", t("use", row.product ?? row.address ?? row.protocol)));
   button.type = "button";
   button.addEventListener("click", () => attempt(async () => {
@@ -319,7 +322,7 @@ export async function start() {
     element("progress").textContent = "";
     element("progress-bar").hidden = true;
   });
-  onLanguage(() => { showFound(); showStatus(); showSheet(); });
+  onLanguage(() => { showFound(); showStatus(); showSheet(); showAddress(); });
   const [{ ports, rates, first }, products] = await Promise.all([get("api/ports"), get("api/products")]);
   element("ports").replaceChildren(...ports.map((/** @type {any} */ port) => new Option(port.maker ?? port.kind, port.port)));
   input("rate").append(...rates.map((/** @type {number} */ rate) => new Option(`${rate} kbit/s`, String(rate))));

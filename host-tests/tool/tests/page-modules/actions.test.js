@@ -53,7 +53,7 @@ test("zero_shows_sensor_and_present_angles_and_does_nothing_after_a_no", async (
   const page = await connected("is2");
   const asked = await page.question("zero");
   assert.equal(asked.title, "Zero");
-  assert.match(asked.text, /becomes zero.*\n.*serial number 1, address 300.*\nPresent angles: angle-x 0\.25 deg, angle-y 1\.25 deg\./);
+  assert.match(asked.text, /becomes zero.*\n.*serial number 1, identifier 300h.*\nPresent angles: angle-x 0\.25 deg, angle-y 1\.25 deg\./);
   assert.equal(document.activeElement.id, "question-no", "a key pressed too much does nothing");
   await page.no();
   assert.deepEqual(page.requests.map(({ body }) => body), [{ get: { names: ["angle-x", "angle-y"] } }]);
@@ -82,7 +82,7 @@ test("actions_send_their_command_for_the_sensor_that_was_shown", async () => {
     await page.connected(sensor);
     const asked = await page.question(id);
     assert.match(asked.text, text, id);
-    assert.match(asked.text, new RegExp(`address ${answers.devices[sensor].device.address}\\b`), id);
+    assert.match(asked.text, new RegExp(`(identifier|node-ID|MAC ID|J1939 address) ${answers.devices[sensor].device.address}h?\\b`), id);
     if (answer.checks) assert.match(asked.field, /Save it in the sensor/);
     await page.yes(answer);
     assert.deepEqual(page.requests.pop(), { path: "api/run", body: command, sensor: number(sensor) }, id);
@@ -156,7 +156,7 @@ test("request_goes_to_the_sensor_after_a_question_and_its_answer_is_shown", asyn
   page.element("request").value = " 04 ";
   page.reply("api/run", { request: "04", answer: "04 01" });
   await page.dispatch("raw", "submit");
-  assert.match(page.asked().text, /goes to the sensor as it is.*\n.*address 300/);
+  assert.match(page.asked().text, /goes to the sensor as it is.*\n.*identifier 300h/);
   await page.yes();
   assert.deepEqual([page.requests.pop().body, page.text("answer")], [{ raw: { request: "04" } }, "04 01"]);
 });

@@ -177,7 +177,7 @@ test("found_sensor_is_listed_and_connected_by_its_button", async () => {
   await page.event("found", [ROW, { ...ROW, product: null, address: null, serial: null, article: null, firmware: null }]);
   assert.equal(page.element("found-scroll").hidden, false);
   const [first, second] = page.element("found").children;
-  assert.deepEqual(first.children.slice(1).map((cell) => cell.textContent), ["jn2101", "", "125", "canopen 10", "1", "JN2101", "1.0"]);
+  assert.deepEqual(first.children.slice(1).map((cell) => cell.textContent), ["jn2101", "", "125", "node-ID 10", "1", "JN2101", "1.0"]);
   assert.equal(second.querySelector("button"), null, "without an address there is nothing to connect");
   const button = first.querySelector("button");
   button.focus();
@@ -334,4 +334,15 @@ test("tab_that_is_not_in_charge_says_so_offers_no_action_and_can_take_over", asy
 test("page_that_is_opened_again_has_the_port_of_the_connection", async () => {
   const page = await open({ prepare: (own) => own.events.push(new TextEncoder().encode(`event: status\ndata: ${JSON.stringify({ ...STATUS, port: "can0" })}\n\n`)) });
   assert.equal(page.element("port").value, "can0");
+});
+
+test("address_of_each_protocol_is_explained_where_it_is_typed", async () => {
+  const page = await open();
+  assert.ok(page.element("address-help").hidden);
+  for (const [protocol, words] of [["fsc", /requests/], ["canopen", /1 to 127/], ["devicenet", /0 to 63/], ["j1939", /0 to 253/]]) {
+    await page.change("protocol", protocol);
+    assert.match(page.text("address-help"), words);
+  }
+  await page.change("language", "de");
+  assert.match(page.text("address-help"), /Nummer des Sensors am Bus/);
 });

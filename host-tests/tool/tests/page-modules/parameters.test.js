@@ -77,7 +77,7 @@ test("value_is_set_after_its_question_with_the_range", async () => {
   const page = await connected();
   page.setter("cut-off").click();
   await page.pass(0);
-  assert.match(page.asked().text, /serial number 1, address 300/);
+  assert.match(page.asked().text, /serial number 1, identifier 300h/);
   assert.match(page.text("question-hint"), /100\.\.25000 mHz/);
   await page.yes({ value: "2.5Hz", checks: { 0: true } });
   const sent = { set: { assignments: ["cut-off=2.5Hz"], save: true } };

@@ -96,6 +96,7 @@ pub fn texts_of_both_colour_schemes_have_a_contrast_of_4_5_to_1(browser: &Browse
     browser.wait("document.querySelector('#log-rows .failed')");
     check(browser, "changed", 150);
     // A calibration: a position that is taken, one that is asked for, those that are missing; and its end.
+    browser.click("#expert summary");
     browser.click("#calibrate-start");
     browser.wait("!document.getElementById('calibrate-take').disabled");
     browser.click("#calibrate-take");
