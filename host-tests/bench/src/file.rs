@@ -14,7 +14,28 @@ pub enum Unread {
     /// It cannot be opened or read.
     Failed(io::Error),
     /// What it is not, or why it is not taken.
-    Unfit(&'static str),
+    Unfit(Unfit),
+}
+
+/// Why a file that can be read is not taken.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Unfit {
+    /// A folder, a pipe or a device.
+    NotRegular,
+    /// It has more bytes than it may have.
+    TooLong,
+    /// It is neither UTF-8 nor UTF-16.
+    NoText,
+}
+
+impl Display for Unfit {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::NotRegular => "it is not a regular file",
+            Self::TooLong => "it is too long",
+            Self::NoText => "it is not a text in UTF-8 or UTF-16",
+        })
+    }
 }
 
 impl From<io::Error> for Unread {
@@ -27,7 +48,7 @@ impl From<Unread> for io::Error {
     fn from(unread: Unread) -> Self {
         match unread {
             Unread::Failed(error) => error,
-            Unread::Unfit(why) => Self::new(io::ErrorKind::InvalidInput, why),
+            Unread::Unfit(why) => Self::new(io::ErrorKind::InvalidInput, why.to_string()),
         }
     }
 }
@@ -36,7 +57,7 @@ impl Display for Unread {
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
         match self {
             Self::Failed(error) => error.fmt(f),
-            Self::Unfit(why) => f.write_str(why),
+            Self::Unfit(why) => why.fmt(f),
         }
     }
 }
@@ -47,7 +68,7 @@ impl Display for Unread {
 /// # Errors
 /// The file cannot be opened, or is not a regular file.
 pub fn open(path: &Path) -> Result<File, Unread> {
-    const NOT_REGULAR: Unread = Unread::Unfit("it is not a regular file");
+    const NOT_REGULAR: Unread = Unread::Unfit(Unfit::NotRegular);
     if !std::fs::metadata(path)?.is_file() {
         return Err(NOT_REGULAR);
     }
@@ -67,7 +88,7 @@ pub fn read(path: &Path, longest: u64) -> Result<Vec<u8>, Unread> {
     // The length of a file in /proc is 0, and a file can grow meanwhile.
     open(path)?.take(longest + 1).read_to_end(&mut bytes)?;
     match bytes.len() as u64 > longest {
-        true => Err(Unread::Unfit("it is too long")),
+        true => Err(Unread::Unfit(Unfit::TooLong)),
         false => Ok(bytes),
     }
 }
@@ -80,7 +101,7 @@ pub fn read_text(path: &Path) -> Result<String, Unread> {
     let text = decoded(&read(path, LONGEST_TEXT)?);
     match text.is_exact {
         true => Ok(text.text),
-        false => Err(Unread::Unfit("it is not a text in UTF-8 or UTF-16")),
+        false => Err(Unread::Unfit(Unfit::NoText)),
     }
 }
 

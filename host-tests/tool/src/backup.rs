@@ -22,7 +22,7 @@ pub use bench::file::{Unread, read as read_file, read_text};
 pub use file::write_file;
 
 use crate::eds::shown;
-use crate::error::Error;
+use crate::error::{Error, Fault, FileError, NumberError};
 use crate::identify::{Found, product};
 use crate::master::canopen::tables;
 use crate::number::Scale;
@@ -89,22 +89,20 @@ impl Backup {
     /// # Errors
     /// See [`read`](Self::read).
     pub fn read_with(path: &Path, foreign: Option<&Sheet>) -> Result<Self, Error> {
-        let shown = path.display();
+        let shown = || path.display().to_string();
         let text = read_text(path).map_err(|unread| match unread {
-            Unread::Failed(error) => Error::bus(
-                "no-file",
-                format!("cannot read {shown} ({error}): `plumbline backup` writes such a file"),
-            ),
-            Unread::Unfit(why) => bad(path, why),
+            Unread::Failed(error) => FileError::BackupUnread(shown(), error.to_string()),
+            Unread::Unfit(why) => FileError::Backup(shown(), why.into()),
         })?;
-        Self::parse_with(&text, foreign).map_err(|why| bad(path, &why))
+        let parsed = Self::parse_with(&text, foreign);
+        parsed.map_err(|why| FileError::Backup(shown(), why).into())
     }
 
     /// Reads the text of a file.
     ///
     /// # Errors
     /// One sentence: it is no backup, or has a name or value that the product does not have.
-    pub fn parse(text: &str) -> Result<Self, String> {
+    pub fn parse(text: &str) -> Result<Self, Fault> {
         Self::parse_with(text, None)
     }
 
@@ -112,32 +110,27 @@ impl Backup {
     ///
     /// # Errors
     /// See [`parse`](Self::parse).
-    pub fn parse_with(text: &str, foreign: Option<&Sheet>) -> Result<Self, String> {
+    pub fn parse_with(text: &str, foreign: Option<&Sheet>) -> Result<Self, Fault> {
         let table: Table = text
             .parse()
             .map_err(|error: toml::de::Error| shown(error.message()))?;
         let section = |name: &str| {
             let section = table.get(name).and_then(Value::as_table);
-            section.ok_or_else(|| format!("it has no section [{name}]"))
+            section.ok_or_else(|| Fault::NoSection(name.to_owned()))
         };
         let (sensor, parameters) = (section("sensor")?, section("parameters")?);
         let text = |name: &str| sensor.get(name).and_then(Value::as_str).map(str::to_owned);
-        let name = text("product").ok_or("it names no product")?;
+        let name = text("product").ok_or(Fault::NoProduct)?;
         let sheet = match foreign.filter(|sheet| sheet.product.name == name) {
             Some(sheet) => sheet.clone(),
-            None => Sheet::of(product(&name).map_err(|failure| {
-                format!(
-                    "{}; a device with a data sheet needs --eds",
-                    failure.message
-                )
-            })?),
+            None => Sheet::of(product(&name).map_err(|error| Fault::Product(Box::new(error)))?),
         };
         let serial = sensor.get("serial").and_then(Value::as_integer);
         let texts = texts::read(&table, &sheet);
         let node_id = sensor.get("node-id").map(|value| {
             let node = value.as_integer().and_then(|node| u8::try_from(node).ok());
             node.filter(|node| (1..=127).contains(node))
-                .ok_or("its node-id is not from 1 to 127")
+                .ok_or(Fault::NodeId)
         });
         let mut backup = Self {
             sheet,
@@ -161,7 +154,7 @@ impl Backup {
                 Value::String(text) => text.clone(),
                 Value::Integer(number) => number.to_string(),
                 Value::Float(number) => number.to_string(),
-                _ => return Err(format!("{name:?} has no value in quotes")),
+                _ => return Err(Fault::NoQuotes(name.clone())),
             };
             backup.set(name, &text)?;
         }
@@ -180,15 +173,14 @@ impl Backup {
         for (name, text) in values {
             self.set(name, text)?;
         }
-        let permitted = self.constrain();
-        permitted.map_err(|why| Error::usage("out-of-range", why))
+        Ok(self.constrain()?)
     }
 
     /// Checks the values against each other.
     ///
     /// # Errors
     /// The sensor would refuse the values together.
-    fn constrain(&self) -> Result<(), String> {
+    fn constrain(&self) -> Result<(), NumberError> {
         let value = |id: ParameterId| {
             let mut values = self.values.iter();
             let own = values.find(|(entry, _)| entry.origin == Origin::Parameter(id));
@@ -323,16 +315,6 @@ pub fn product_in(text: &str) -> Option<String> {
     let table: Table = text.parse().ok()?;
     let name = table.get("sensor")?.get("product")?.as_str()?;
     Some(name.to_owned())
-}
-
-fn bad(path: &Path, why: &str) -> Error {
-    Error::usage(
-        "bad-file",
-        format!(
-            "{} is not valid: {why}; nothing was written",
-            path.display()
-        ),
-    )
 }
 
 #[cfg(test)]

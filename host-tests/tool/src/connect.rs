@@ -7,7 +7,7 @@ pub use wanted::Wanted;
 
 use crate::adapter::Adapter;
 use crate::eds;
-use crate::error::Error;
+use crate::error::{AdapterError, Error, Place, Rates, RequestError, Silence};
 use crate::identify::{self, Found};
 use crate::link::Link;
 use crate::master::devicenet;
@@ -42,9 +42,6 @@ pub const RATES: [BitRate; 10] = [
     BitRate::K62_5,
     BitRate::K10,
 ];
-
-/// The code of a failure: another sensor answers than the expected one.
-pub const OTHER: &str = "other-sensor";
 
 /// How long a sensor that must be there is asked: a sensor that has just been switched on makes its duplicate MAC ID check first.
 const PATIENCE: Duration = millis(3000);
@@ -110,12 +107,10 @@ pub fn find(
         let is_known = wanted.product.is_some() && questions.protocol.is_some();
         let may = heard.is_none() || (is_known && is_of_bus);
         if targets.is_empty() && delivered.is_empty() {
-            let message = "no request was sent, because other devices use the identifiers of the sensor as delivered: give its address with --id, --node, --mac or --address";
-            return Err(Error::usage("no-address", message));
+            return Err(RequestError::NotAsked.into());
         }
         if !delivered.is_empty() && !may && !terminal.ask(&Question::Delivered)? {
-            let message = "there is traffic, but no sensor was recognised: give its address with --id, --node, --mac or --address, or try `plumbline scan`";
-            return Err(Error::usage("no-address", message));
+            return Err(RequestError::NotRecognised.into());
         }
         found.extend(asked(&mut link, &rates, &delivered, false, wanted)?);
         let is_j1939 = wanted.product.is_none_or(|product| J1939.is_of(product));
@@ -128,10 +123,7 @@ pub fn find(
         found.retain(is_ours);
     }
     match &found[..] {
-        [Found { twins, .. }] if !twins.is_empty() => {
-            let message = found[0].twins().unwrap_or_default();
-            Err(Error::usage("several-sensors", message))
-        }
+        [Found { twins, .. }] if !twins.is_empty() => Err(found[0].twins().into()),
         [only] => {
             let only = only.clone();
             terminal.note(only.line(link.rate()));
@@ -143,11 +135,7 @@ pub fn find(
                 .iter()
                 .map(|found| found.line(link.rate()))
                 .collect();
-            let message = format!(
-                "several sensors answer: {}. Choose one with --id, --node, --mac or --address",
-                lines.join("; ")
-            );
-            Err(Error::usage("several-sensors", message))
+            Err(RequestError::SeveralSensors(lines.join("; ")).into())
         }
     }
 }
@@ -182,8 +170,7 @@ fn listened(
         return Ok((vec![heard.rate], Some(heard)));
     }
     if !terminal.ask(&Question::AllRates)? {
-        let message = "there is no traffic, so the bit rate is unknown: give it with --rate, or --yes asks at all bit rates";
-        return Err(Error::usage("no-rate", message));
+        return Err(RequestError::NoRate.into());
     }
     Ok((RATES.iter().copied().map(Some).collect(), None))
 }
@@ -219,10 +206,7 @@ fn remembered(
 ) -> Result<Option<Traffic>, Error> {
     let schedule = Schedule::of(&RATES.map(Some), false);
     match memory.listen(link, &schedule, terminal) {
-        Err(failure) if failure.code == "no-listen-only" => {
-            let message = "the adapter has no listen-only mode: give the bit rate with --rate";
-            Err(Error::bus("no-listen-only", message))
-        }
+        Err(failure) if failure.lacks_listen_only() => Err(AdapterError::ListenRate.into()),
         heard => heard,
     }
 }
@@ -311,29 +295,18 @@ fn add(found: &mut Vec<Found>, answer: Option<Found>, wanted: &Wanted) {
     }
 }
 
-/// Another sensor answers.
-pub(crate) fn other(what: &str) -> Error {
-    let message = format!(
-        "another sensor answers now ({what}): nothing was done. Check the sensor, and start the command again"
-    );
-    Error::refused(OTHER, message)
-}
-
 pub(crate) fn silent(targets: &[Target], rates: &[Option<BitRate>]) -> Error {
     let addresses: Vec<String> = targets.iter().map(|target| target.named()).collect();
     let rates = match rates[..] {
-        [Some(rate)] => format!(" at {}", rate.name()),
-        [None] => String::new(),
-        _ => " at any bit rate".to_owned(),
+        [Some(rate)] => Rates::One(rate.name()),
+        [None] => Rates::Own,
+        _ => Rates::Any,
     };
     let at = match addresses[..] {
-        [] => String::new(),
-        _ => format!(" at {}", addresses.join(", ")),
+        [] => Place::Nowhere,
+        _ => Place::At(addresses.join(", ")),
     };
-    let message = format!(
-        "nobody answers{at}{rates}: check power and wiring, or find the sensor with `plumbline scan`"
-    );
-    Error::silent("no-answer", message)
+    Silence::Nobody(at, rates).into()
 }
 
 /// Whether a sensor is the one of the user. A boot-up message can come from another sensor.

@@ -10,7 +10,7 @@
 mod count;
 pub mod pace;
 
-use crate::error::Error;
+use crate::error::{Error, RequestError, Silence};
 use crate::link::Link;
 use crate::output::Terminal;
 use crate::question::Question;
@@ -143,10 +143,7 @@ impl Cyclic {
             .filter(|own| Some(millis(*own)) != every)
             && !terminal.ask(&Question::Period(own))?
         {
-            let message = format!(
-                "nothing has changed: --every {own} keeps the period, --yes=cyclic answers the question"
-            );
-            return Err(Error::usage("not-confirmed", message));
+            return Err(RequestError::PeriodNotConfirmed(own).into());
         }
         let mut cyclic = Self {
             stream,
@@ -229,8 +226,7 @@ impl Cyclic {
         if self.every.is_none() || self.count.silence(now).ticks() < longest {
             return Ok(None);
         }
-        let message = "the sensor does not send its angles any more: check power and wiring. If it was switched off during the command, start the command again";
-        Err(Error::silent("no-answer", message))
+        Err(Silence::AnglesEnded.into())
     }
 }
 
@@ -250,7 +246,7 @@ fn present(
     for (id, raw) in settings {
         let entry = session.entry(id)?;
         let permitted = entry.check(raw, &entry.scale);
-        permitted.map_err(|why| Error::usage("out-of-range", why))?;
+        permitted?;
         let present = session.read(&entry)?;
         before.push((entry.clone(), present));
         wanted.push((entry, raw));

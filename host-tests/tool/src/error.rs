@@ -1,9 +1,27 @@
-//! Why a command failed: exit code, a code for programs, and one sentence for people that names the next step.
+//! Why a command failed: an exit code, a code for programs, and one sentence for people that names the next step.
+
+mod adapter;
+mod calibration;
+mod file;
+mod number;
+mod page;
+mod request;
+mod sensor;
+
+pub use adapter::{AdapterError, PcanHint, UsbHint};
+pub use calibration::CalibrationError;
+pub use file::{Fault, FileError};
+pub use number::NumberError;
+pub use page::{Forbidden, PageError};
+pub use request::{Meant, RequestError};
+pub use sensor::{Next, Place, Rates, Reason, Refusal, SensorError, Silence, What};
 
 use crate::question::Question;
+use crate::texts::Text;
 use serde_json::{Value, json};
+use std::fmt::{self, Display, Formatter};
 
-/// The kind of a failure, which selects the exit code.
+/// The kind of an error, which selects the exit code.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Kind {
     /// The sensor refused: exit code 1.
@@ -31,81 +49,267 @@ impl Kind {
     }
 }
 
-/// The reason why a command failed.
-#[derive(Clone, PartialEq, Debug, thiserror::Error)]
-#[error("{message}")]
-pub struct Error {
-    /// Who or what has refused.
-    pub kind: Kind,
+/// What all errors tell.
+pub trait Cause: Text {
+    /// Who or what has failed.
+    fn kind(&self) -> Kind;
+
     /// A short code for programs, for example `out-of-range`.
-    pub code: &'static str,
-    /// What happened, as one sentence for people.
-    pub message: String,
-    /// The document of the command is printed, so this failure is not a second document.
-    pub has_document: bool,
-    /// What the user must answer first. Only the page gets it: a terminal asks at once.
-    pub questions: Vec<Question>,
+    fn code(&self) -> &'static str;
+}
+
+/// Declares an enum of errors: `Variant(data: Type): Kind "code" = "English", "German";`, see [`texts!`](crate::texts).
+macro_rules! errors {
+    ($(#[$meta:meta])* $name:ident {
+        $($variant:ident $(($($field:ident: $type:ty),*))?: $kind:ident $code:literal = $($text:literal),+;)*
+    }) => {
+        $crate::texts::texts! {
+            $(#[$meta])*
+            $name { $($variant $(($($field: $type),*))? = $($text),+;)* }
+        }
+
+        impl $crate::error::Cause for $name {
+            fn kind(&self) -> $crate::error::Kind {
+                match self { $(Self::$variant { .. } => $crate::error::Kind::$kind,)* }
+            }
+
+            fn code(&self) -> &'static str {
+                match self { $(Self::$variant { .. } => $code,)* }
+            }
+        }
+    };
+}
+
+use errors;
+
+/// The error of an operation, with its subject.
+#[derive(Clone, PartialEq, Debug)]
+pub enum Error {
+    /// An adapter or its port.
+    Adapter(AdapterError),
+    /// A unit that is calibrated.
+    Calibration(CalibrationError),
+    /// A file.
+    File(FileError),
+    /// The text of a value.
+    Number(NumberError),
+    /// The server of the page.
+    Page(PageError),
+    /// A request that the sensor has refused.
+    Refused(Refusal),
+    /// The command line.
+    Request(RequestError),
+    /// A sensor that is not as it should be.
+    Sensor(SensorError),
+    /// No answer in time.
+    Silent(Silence),
+    /// The page must answer one of these questions, and give the request again. A terminal asks at once.
+    Asks(Asks),
+    /// The document of the command is printed, so this error is not a second document.
+    AfterDocument(Box<Error>),
+    /// Another error with what follows from it.
+    Explained(Box<Explained>),
+}
+
+/// The questions that the page must answer.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Asks(pub Vec<Question>);
+
+/// Another error with what follows from it.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Explained {
+    error: Error,
+    why: Why,
+}
+
+crate::texts::texts! {
+    /// What follows from an error.
+    Why {
+        NotTaken(error: Error) = "the present position was not taken: the sensor has no valid angle now (its accelerometer clips, fails or gives no values), or it cannot use this position; {error}",
+            "die jetzige Lage wurde nicht übernommen: Der Sensor hat jetzt keinen gültigen Winkel (sein Beschleunigungsmesser ist übersteuert, gestört oder gibt keine Werte), oder er kann diese Lage nicht verwenden; {error}";
+        NotRestored(error: Error, name: String, value: String, raw: u32) = "{error}; the tool could not restore {name}, which was {value}: `plumbline set {name}=raw:{raw}`, or switch the sensor off and on",
+            "{error}; {name} konnte nicht zurückgesetzt werden und war {value} (raw:{raw}): Setzen Sie {name}, oder schalten Sie den Sensor aus und ein";
+        Remembered(error: Error) = "{error}. Bit rate and address can be those of the last command: give them, or find the sensor with `plumbline scan`",
+            "{error}. Bitrate und Adresse können die des letzten Befehls sein: Geben Sie sie an, oder suchen Sie den Sensor mit `plumbline scan`";
+        NotChanged(error: Error) = "{error}; nothing has changed: choose a rate that the adapter has",
+            "{error}; nichts hat sich geändert: Wählen Sie eine Bitrate, die der Adapter hat";
+        Unread(count: u64, first: String) = "no answer was read: the adapter has sent {count} lines that are not slcan, the first is {first:?}: frames are missing. Check its firmware and the settings of its port",
+            "keine Antwort wurde gelesen: Der Adapter hat {count} Zeilen gesendet, die kein slcan sind, die erste ist {first:?}: Frames fehlen. Prüfen Sie seine Firmware und die Einstellungen seines Anschlusses";
+    }
 }
 
 impl Error {
-    /// The sensor has refused a request.
-    pub fn refused(code: &'static str, message: impl Into<String>) -> Self {
-        Self::new(Kind::Refused, code, message)
-    }
-
-    /// The command line, a name or a value is wrong.
-    pub fn usage(code: &'static str, message: impl Into<String>) -> Self {
-        Self::new(Kind::Usage, code, message)
-    }
-
-    /// There is no answer in time.
-    pub fn silent(code: &'static str, message: impl Into<String>) -> Self {
-        Self::new(Kind::Silent, code, message)
-    }
-
-    /// The bus, the adapter or a file failed.
-    pub fn bus(code: &'static str, message: impl Into<String>) -> Self {
-        Self::new(Kind::Bus, code, message)
-    }
-
-    /// The user pressed Ctrl-C.
-    pub fn stopped(message: impl Into<String>) -> Self {
-        Self::new(Kind::Stopped, "stopped", message)
-    }
-
-    fn new(kind: Kind, code: &'static str, message: impl Into<String>) -> Self {
-        Self {
-            kind,
-            code,
-            message: message.into(),
-            has_document: false,
-            questions: Vec::new(),
+    /// A reference to what has failed.
+    fn cause(&self) -> &dyn Cause {
+        match self {
+            Self::Adapter(own) => own,
+            Self::Calibration(own) => own,
+            Self::File(own) => own,
+            Self::Number(own) => own,
+            Self::Page(own) => own,
+            Self::Refused(own) => own,
+            Self::Request(own) => own,
+            Self::Sensor(own) => own,
+            Self::Silent(own) => own,
+            Self::Asks(own) => own,
+            Self::AfterDocument(own) => own.cause(),
+            Self::Explained(own) => &**own,
         }
     }
 
-    /// The page must answer one of these questions, and give the request again.
-    pub fn asks(questions: Vec<Question>) -> Self {
-        let texts: Vec<String> = questions.iter().map(Question::to_string).collect();
-        Self {
-            questions,
-            ..Self::usage("asks", texts.join("\n"))
+    /// Who or what has failed.
+    pub fn kind(&self) -> Kind {
+        self.cause().kind()
+    }
+
+    /// A short code for programs, for example `out-of-range`.
+    pub fn code(&self) -> &'static str {
+        self.cause().code()
+    }
+
+    /// Whether the adapter has no listen-only mode.
+    pub fn lacks_listen_only(&self) -> bool {
+        use AdapterError::{KindListens, NoListenOnly, NotListening};
+        let is = |own: &AdapterError| {
+            matches!(own, NoListenOnly(_) | KindListens(..) | NotListening(..))
+        };
+        matches!(self, Self::Adapter(own) if is(own))
+    }
+
+    /// Whether the adapter does not have the bit rate.
+    pub fn is_rate_refused(&self) -> bool {
+        matches!(
+            self,
+            Self::Adapter(AdapterError::NoTiming(..) | AdapterError::RateRefused(..))
+        )
+    }
+
+    /// The user has stopped the command.
+    pub fn is_stopped(&self) -> bool {
+        self.kind() == Kind::Stopped
+    }
+
+    /// The questions that the page must answer first.
+    pub fn questions(&self) -> &[Question] {
+        match self {
+            Self::Asks(Asks(questions)) => questions,
+            _ => &[],
         }
     }
 
     /// The same after the document of the command was printed.
     pub fn after_document(self) -> Self {
-        Self {
-            has_document: true,
-            ..self
-        }
+        Self::AfterDocument(Box::new(self))
+    }
+
+    /// The same with what follows from it.
+    pub fn explained(self, why: impl FnOnce(Self) -> Why) -> Self {
+        let why = why(self.clone());
+        Self::Explained(Box::new(Explained { error: self, why }))
     }
 
     /// The document that `--json` prints.
     pub fn json(&self) -> Value {
-        let mut error = json!({"code": self.code, "message": self.message});
-        if !self.questions.is_empty() {
-            error["questions"] = json!(self.questions);
+        let mut error = json!({"code": self.code(), "message": self.to_string()});
+        if let Self::Asks(Asks(questions)) = self {
+            error["questions"] = json!(questions);
         }
         json!({"error": error})
     }
 }
+
+impl std::error::Error for Error {}
+
+impl Display for Error {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        self.cause().fmt(f)
+    }
+}
+
+impl Text for Error {
+    fn german(&self) -> String {
+        self.cause().german()
+    }
+
+    fn page(&self) -> String {
+        self.cause().page()
+    }
+}
+
+impl Display for Asks {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        let texts: Vec<String> = self.0.iter().map(Question::to_string).collect();
+        f.write_str(&texts.join("\n"))
+    }
+}
+
+/// The page forms the texts of questions from their data.
+impl Text for Asks {
+    fn german(&self) -> String {
+        self.to_string()
+    }
+}
+
+impl Cause for Asks {
+    fn kind(&self) -> Kind {
+        Kind::Usage
+    }
+
+    fn code(&self) -> &'static str {
+        "asks"
+    }
+}
+
+impl Display for Explained {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        self.why.fmt(f)
+    }
+}
+
+impl Text for Explained {
+    fn german(&self) -> String {
+        self.why.german()
+    }
+}
+
+impl Cause for Explained {
+    fn kind(&self) -> Kind {
+        self.error.kind()
+    }
+
+    fn code(&self) -> &'static str {
+        self.error.code()
+    }
+}
+
+macro_rules! from {
+    ($($variant:ident $own:ident;)*) => {
+        $(impl From<$own> for Error {
+            fn from(own: $own) -> Self {
+                Self::$variant(own)
+            }
+        })*
+    };
+}
+
+from! {
+    Adapter AdapterError;
+    Calibration CalibrationError;
+    File FileError;
+    Number NumberError;
+    Page PageError;
+    Refused Refusal;
+    Request RequestError;
+    Sensor SensorError;
+    Silent Silence;
+    Asks Asks;
+}
+
+/// What to do on the page if nobody answers.
+const NO_ANSWER: &str =
+    "check power and wiring, choose Bit rate: automatic and press Connect, or press Find sensors.";
+const NO_ANSWER_DE: &str = "Prüfen Sie Versorgung und Verdrahtung, wählen Sie Bitrate: automatisch und drücken Sie Verbinden, oder drücken Sie Sensoren suchen.";
+
+/// What to do on the page if the sensor is not found.
+const NOT_FOUND: &str = "check power, wiring and terminators. Press Find sensors and switch the sensor off and on meanwhile, or check the box Send requests as well.";
+const NOT_FOUND_DE: &str = "Prüfen Sie Versorgung, Verdrahtung und Abschlusswiderstände. Drücken Sie Sensoren suchen, und schalten Sie dabei den Sensor aus und ein, oder kreuzen Sie Auch Anfragen senden an.";

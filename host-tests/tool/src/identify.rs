@@ -1,7 +1,7 @@
 //! Which product answers at an address: its article, serial number and firmware, and the products of the catalogue that fit.
 
 use crate::connect;
-use crate::error::{Error, Kind};
+use crate::error::{Error, Kind, RequestError, SensorError};
 use crate::known::meant;
 use crate::link::Link;
 use crate::master::Target;
@@ -52,12 +52,12 @@ pub(crate) fn exchange(link: &Link, latency: Duration) -> Duration {
 pub fn product(name: &str) -> Result<&'static Product, Error> {
     find(&name.to_lowercase()).ok_or_else(|| {
         let names: Vec<&str> = PRODUCTS.iter().map(|product| product.name).collect();
-        let message = format!(
-            "there is no product {name:?}; the products are {}{}",
+        RequestError::UnknownProduct(
+            name.to_owned(),
             names.join(", "),
-            meant(name, names.iter().copied())
-        );
-        Error::usage("unknown-product", message)
+            meant(name, names.iter().copied()),
+        )
+        .into()
     })
 }
 
@@ -83,7 +83,7 @@ pub fn same(session: &mut Session, found: &Found) -> Result<(), Error> {
     }
     if own.is_some() {
         match session.serial() {
-            Err(failure) if failure.kind != Kind::Refused => return Err(failure),
+            Err(failure) if failure.kind() != Kind::Refused => return Err(failure),
             Ok(serial) if serial == own => return Ok(()),
             _ => {}
         }
@@ -101,7 +101,7 @@ pub fn is_same(session: &mut Session, found: &Found) -> Result<(), Error> {
     match ask(&mut session.link, session.target, PATIENT)? {
         None => Err(connect::silent(&[session.target], &[rate])),
         Some(other) if other.identity() != found.identity() => {
-            Err(connect::other(&other.line(rate)))
+            Err(SensorError::Other(other.line(rate)).into())
         }
         Some(_) => Ok(()),
     }

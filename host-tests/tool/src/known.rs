@@ -1,6 +1,7 @@
 //! The names that the command line knows: completions offer them, and a message names the one that a user has probably meant.
 
 use crate::connect::RATES;
+use crate::error::Meant;
 use crate::scan::kbits;
 use crate::sheet::Sheet;
 use clap::builder::{PossibleValue, TypedValueParser};
@@ -92,16 +93,16 @@ pub fn assignments() -> Vec<&'static str> {
 /// The least similarity of a name that a user can have meant.
 const SIMILAR: f64 = 0.8;
 
-/// The question about the name that a user has probably meant, for the end of a message; empty: no name is similar.
-pub fn meant<'a>(typed: &str, names: impl IntoIterator<Item = &'a str>) -> String {
+/// The name that a user has probably meant.
+pub fn meant<'a>(typed: &str, names: impl IntoIterator<Item = &'a str>) -> Meant {
     let small = typed.to_lowercase();
     let rated = names
         .into_iter()
         .map(|name| (strsim::jaro_winkler(&small, name), name));
     let best = rated.max_by(|one, other| one.0.total_cmp(&other.0));
     match best {
-        Some((similarity, name)) if similarity >= SIMILAR => format!(". Did you mean {name}?"),
-        _ => String::new(),
+        Some((similarity, name)) if similarity >= SIMILAR => Meant::Name(name.to_owned()),
+        _ => Meant::Nothing,
     }
 }
 
@@ -121,7 +122,7 @@ mod tests {
             ("xyzzy", products(), ""),
             ("", products(), ""),
         ] {
-            assert_eq!(meant(typed, names), expected, "{typed}");
+            assert_eq!(meant(typed, names).to_string(), expected, "{typed}");
         }
     }
 }

@@ -6,7 +6,7 @@
 //! ```
 
 use crate::backup::{Unread, read_text, write_file};
-use crate::error::Error;
+use crate::error::{Error, FileError, RequestError};
 use crate::identify::Found;
 use etcetera::{BaseStrategy, choose_base_strategy};
 use std::path::{Path, PathBuf};
@@ -54,10 +54,7 @@ impl Labels {
         let path = path.join(FILE);
         let bad = |why: String| {
             let shown = path.display();
-            Error::bus(
-                "no-file",
-                format!("cannot read the names in {shown} ({why}): repair or delete it"),
-            )
+            FileError::LabelsUnread(shown.to_string(), why)
         };
         let makers = match read_text(&path) {
             Ok(text) => text
@@ -66,7 +63,7 @@ impl Labels {
             Err(Unread::Failed(error)) if error.kind() == std::io::ErrorKind::NotFound => {
                 Table::new()
             }
-            Err(unread) => return Err(bad(unread.to_string())),
+            Err(unread) => return Err(bad(unread.to_string()).into()),
         };
         Ok(Self {
             path: Some(path),
@@ -87,8 +84,7 @@ impl Labels {
     /// The name is empty or too long, the sensor has no serial number, or the file cannot be written.
     pub fn set(&mut self, found: &Found, name: Option<&str>) -> Result<(), Error> {
         let Some((maker, serial)) = key(found) else {
-            let message = "the sensor does not report a serial number, so it cannot have a name on this computer";
-            return Err(Error::usage("no-serial", message));
+            return Err(RequestError::NoSerial.into());
         };
         let name = name.map(checked).transpose()?;
         let names = self
@@ -96,26 +92,18 @@ impl Labels {
             .entry(maker.clone())
             .or_insert_with(|| Value::Table(Table::new()));
         let Value::Table(names) = names else {
-            let message =
-                format!("the file of the names has no table {maker}: repair or delete it");
-            return Err(Error::bus("no-file", message));
+            return Err(FileError::NoTable(maker).into());
         };
         match name {
             Some(name) => names.insert(serial, Value::String(name)),
             None => names.remove(&serial),
         };
         let Some(path) = &self.path else {
-            let message =
-                "this computer has no folder for settings of the user: give one with --config";
-            return Err(Error::bus("no-file", message));
+            return Err(FileError::NoFolder.into());
         };
         if let Some(folder) = path.parent() {
             std::fs::create_dir_all(folder).map_err(|error| {
-                let message = format!(
-                    "cannot create the folder {} ({error}): choose another one with --config",
-                    folder.display()
-                );
-                Error::bus("no-file", message)
+                FileError::FolderUnmade(folder.display().to_string(), error.to_string())
             })?;
         }
         write_file(path, &format!("{HEADING}{}", self.makers))
@@ -140,10 +128,7 @@ fn checked(name: &str) -> Result<String, Error> {
     let is_shown = name.chars().all(|letter| !letter.is_control());
     if name.is_empty() || name.chars().count() > LONGEST || !is_shown {
         let start: String = name.chars().take(LONGEST + 1).collect();
-        let message = format!(
-            "the name {start:?} is not permitted: choose one of 1 to {LONGEST} characters on one line"
-        );
-        return Err(Error::usage("bad-value", message));
+        return Err(RequestError::BadLabel(start, LONGEST).into());
     }
     Ok(name.to_owned())
 }

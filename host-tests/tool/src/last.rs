@@ -11,7 +11,7 @@
 
 use crate::backup::{read_text, write_file};
 use crate::cli::Options;
-use crate::error::{Error, Kind};
+use crate::error::{Error, Kind, Why};
 use crate::labels::folder;
 use crate::master::{Addresses, Protocol, Target};
 use crate::output::Terminal;
@@ -134,14 +134,8 @@ impl Last {
 
 /// The failure of a sensor that does not answer where the last one was.
 pub fn explain(failure: Error) -> Error {
-    match failure.kind {
-        Kind::Silent => Error {
-            message: format!(
-                "{}. Bit rate and address can be those of the last command: give them, or find the sensor with `plumbline scan`",
-                failure.message
-            ),
-            ..failure
-        },
+    match failure.kind() {
+        Kind::Silent => failure.explained(Why::Remembered),
         _ => failure,
     }
 }

@@ -47,3 +47,4 @@ pub mod scan;
 pub mod serve;
 pub mod session;
 pub mod sheet;
+pub mod texts;

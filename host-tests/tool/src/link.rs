@@ -2,7 +2,7 @@
 
 use crate::adapter::{Adapter, Mode};
 use crate::boot_up::BootUps;
-use crate::error::Error;
+use crate::error::{AdapterError, Error, RequestError};
 use crate::master::fsc::request::Sensor;
 use crate::master::j1939::groups::own::Own;
 use plumbline::can::{BitRate, Frame};
@@ -104,7 +104,9 @@ impl Link {
     /// Opens an adapter again whose queue is full. An adapter keeps the frames that nobody acknowledges, some adapters only three; it drops
     /// them when it is closed. The first frame after it was opened must not be refused.
     fn go_on(&mut self, failure: Error) -> Result<(), Error> {
-        if failure.code != "frame-refused" || self.since_open <= 1 {
+        use AdapterError::{FrameRefused, QueueFull};
+        let is_refused = matches!(failure, Error::Adapter(FrameRefused(_) | QueueFull));
+        if !is_refused || self.since_open <= 1 {
             return Err(failure);
         }
         self.adapter.close();
@@ -122,7 +124,7 @@ impl Link {
         rates: &[Option<BitRate>],
     ) -> Result<bool, Error> {
         match self.open(rate, Mode::Active) {
-            Err(failure) if failure.code == "rate-refused" && rates.len() > 1 => Ok(false),
+            Err(failure) if failure.is_rate_refused() && rates.len() > 1 => Ok(false),
             opened => opened.map(|()| true),
         }
     }
@@ -294,8 +296,7 @@ impl Link {
 
 /// The user has pressed Ctrl-C.
 pub fn stopped() -> Error {
-    let message = "stopped by Ctrl-C: start the command again to finish it";
-    Error::stopped(message)
+    RequestError::Stopped.into()
 }
 
 #[cfg(test)]

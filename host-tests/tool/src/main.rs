@@ -4,8 +4,8 @@ use clap::FromArgMatches;
 use plumbline_tool::bar::TerminalBar;
 use plumbline_tool::cli::{self, Cli};
 use plumbline_tool::command::run;
-use plumbline_tool::error::Error;
-use plumbline_tool::output::{CLOSED, Terminal};
+use plumbline_tool::error::{Error, FileError, RequestError};
+use plumbline_tool::output::Terminal;
 use plumbline_tool::question::Question;
 use std::io::{ErrorKind, IsTerminal, Write, stderr, stdin, stdout};
 use std::process::ExitCode;
@@ -54,14 +54,14 @@ fn main() -> ExitCode {
     terminal.hide();
     match result {
         Ok(()) => ExitCode::SUCCESS,
-        Err(failure) if failure.code == CLOSED => ExitCode::SUCCESS,
+        Err(Error::File(FileError::Closed(_))) => ExitCode::SUCCESS,
         Err(failure) => {
-            if json && !failure.has_document {
+            if json && !matches!(failure, Error::AfterDocument(_)) {
                 print(&mut stdout(), &failure.json().to_string());
             } else {
                 print(&mut stderr(), &format!("plumbline: {failure}"));
             }
-            ExitCode::from(failure.kind.exit_code())
+            ExitCode::from(failure.kind().exit_code())
         }
     }
 }
@@ -77,9 +77,9 @@ fn usage(error: &clap::Error) -> ExitCode {
         // The name that the user has probably meant.
         let tip = lines.find_map(|line| line.strip_prefix("tip: "));
         let tip = tip.map_or(String::new(), |tip| format!("; {tip}"));
-        let failure = Error::usage("bad-usage", first + &tip);
+        let failure = Error::from(RequestError::Usage(first + &tip));
         print(&mut stdout(), &failure.json().to_string());
-        return ExitCode::from(failure.kind.exit_code());
+        return ExitCode::from(failure.kind().exit_code());
     }
     match error.print() {
         _ if is_error => ExitCode::from(2),

@@ -7,65 +7,13 @@ mod scale;
 
 pub use scale::Scale;
 
-use crate::error::Error;
+use crate::error::NumberError;
 use crate::master::fsc::request::shown;
 use crate::sheet::{Entry, Form};
 use plumbline::can::CanId;
 use plumbline::param::{DataType, Meaning, Permitted};
 use scale::{is_same_quantity, number_and_unit, quantity};
 use serde_json::{Number, Value, json};
-
-/// Why a text is no value of an entry.
-#[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
-#[error("{why}")]
-pub struct Wrong {
-    /// A short code for programs.
-    pub code: &'static str,
-    /// What is wrong, as one sentence for people.
-    pub why: String,
-}
-
-impl Wrong {
-    /// The code of a number that is not permitted.
-    const OUT_OF_RANGE: &'static str = "out-of-range";
-
-    /// The text is no value.
-    pub(crate) fn value(why: impl Into<String>) -> Self {
-        Self::new("bad-value", why)
-    }
-
-    /// The value is not permitted.
-    pub(crate) fn out_of_range(why: impl Into<String>) -> Self {
-        Self::new(Self::OUT_OF_RANGE, why)
-    }
-
-    /// No number of the protocol is so large.
-    fn too_large() -> Self {
-        Self::out_of_range("it is too large")
-    }
-
-    pub(crate) fn new(code: &'static str, why: impl Into<String>) -> Self {
-        let why = why.into();
-        Self { code, why }
-    }
-
-    /// Whether the text is a number that is not permitted.
-    pub(crate) fn is_out_of_range(&self) -> bool {
-        self.code == Self::OUT_OF_RANGE
-    }
-}
-
-impl From<Wrong> for String {
-    fn from(wrong: Wrong) -> Self {
-        wrong.why
-    }
-}
-
-impl From<Wrong> for Error {
-    fn from(wrong: Wrong) -> Self {
-        Self::usage(wrong.code, wrong.why)
-    }
-}
 
 impl Entry {
     /// The value of raw bytes as text with its unit, for example `1.25 deg`.
@@ -111,7 +59,7 @@ impl Entry {
     ///
     /// # Errors
     /// One sentence, why it is no value of this entry.
-    pub fn parse(&self, text: &str) -> Result<u32, Wrong> {
+    pub fn parse(&self, text: &str) -> Result<u32, NumberError> {
         self.raw(self.number(text)?, &self.scale)
     }
 
@@ -119,7 +67,7 @@ impl Entry {
     ///
     /// # Errors
     /// One sentence with the permitted values.
-    pub fn accept(&self, text: &str, scale: &Scale) -> Result<u32, Wrong> {
+    pub fn accept(&self, text: &str, scale: &Scale) -> Result<u32, NumberError> {
         let scaled = Self {
             scale: scale.clone(),
             ..self.clone()
@@ -127,54 +75,48 @@ impl Entry {
         let number = scaled.number(text).map_err(|wrong| {
             let (name, range) = (&self.name, self.range());
             match wrong.is_out_of_range() {
-                true => Wrong::out_of_range(self.not_permitted(text.trim())),
-                false => Wrong::value(format!("{name} = {text:?}: {wrong}; it takes {range}")),
+                true => self.not_permitted(text.trim()),
+                false => {
+                    NumberError::NoValue(name.clone(), text.to_owned(), Box::new(wrong), range)
+                }
             }
         })?;
         let raw = self.raw(number, scale)?;
-        self.check(raw, scale).map_err(Wrong::out_of_range)?;
+        self.check(raw, scale)?;
         Ok(raw)
     }
 
     /// The number of a value that a user writes.
-    fn number(&self, text: &str) -> Result<i64, Wrong> {
+    fn number(&self, text: &str) -> Result<i64, NumberError> {
         let text = text.trim();
         match text.strip_prefix("raw:") {
-            Some(raw) => integer(raw).ok_or_else(|| Wrong::value("raw: needs an integer")),
-            None if self.form == Form::Identifier => {
-                identifier(text).map(i64::from).map_err(Wrong::value)
-            }
-            None if !self.meanings.is_empty() => self.named(text).map_err(Wrong::value),
+            Some(raw) => integer(raw).ok_or(NumberError::NoInteger),
+            None if self.form == Form::Identifier => identifier(text).map(i64::from),
+            None if !self.meanings.is_empty() => self.named(text),
             None => self.scaled(text),
         }
     }
 
     /// The raw bytes of a number in a scale.
-    fn raw(&self, number: i64, scale: &Scale) -> Result<u32, Wrong> {
+    fn raw(&self, number: i64, scale: &Scale) -> Result<u32, NumberError> {
         let (low, high) = self.data_type.range();
         if number < low || high < number {
             let value = scale.with_unit(number);
-            return Err(Wrong::out_of_range(self.not_permitted(&value)));
+            return Err(self.not_permitted(&value));
         }
         let size = u32::from(self.data_type.size());
         Ok(number as u32 & (u32::MAX >> (32 - 8 * size)))
     }
 
-    pub(crate) fn read_only(&self) -> Wrong {
-        let name = &self.name;
-        let why = format!("{name} can only be read: `plumbline get {name}` shows it");
-        Wrong::new("read-only", why)
+    pub(crate) fn read_only(&self) -> NumberError {
+        NumberError::ReadOnly(self.name.clone())
     }
 
-    fn not_permitted(&self, value: &str) -> String {
-        format!(
-            "{value} is not permitted: {} takes {}",
-            self.name,
-            self.range()
-        )
+    fn not_permitted(&self, value: &str) -> NumberError {
+        NumberError::NotPermitted(value.to_owned(), self.name.clone(), self.range())
     }
 
-    fn scaled(&self, text: &str) -> Result<i64, Wrong> {
+    fn scaled(&self, text: &str) -> Result<i64, NumberError> {
         // With a unit, `10h` is 10 hours or a mistake.
         if self.scale.unit.is_empty()
             && let Some(number) = integer(text)
@@ -184,15 +126,14 @@ impl Entry {
         let is_digits = text.bytes().all(|byte| byte.is_ascii_hexdigit());
         let has_letter = text.bytes().any(|byte| byte.is_ascii_alphabetic());
         if self.form == Form::Hexadecimal && is_digits && has_letter {
-            let why = format!("a hexadecimal number ends with h: write {text}h");
-            return Err(Wrong::value(why));
+            return Err(NumberError::Hexadecimal(text.to_owned()));
         }
-        let (number, unit) = quantity(text).ok_or_else(|| Wrong::value("it is no number"))?;
+        let (number, unit) = quantity(text).ok_or(NumberError::NoNumber)?;
         self.scale.number(number, unit)
     }
 
     /// The number of a name, or a number that is permitted. A number that is both is ambiguous.
-    fn named(&self, text: &str) -> Result<i64, String> {
+    fn named(&self, text: &str) -> Result<i64, NumberError> {
         let names = || {
             let names = self.meanings.iter().map(|(_, name)| *name);
             names.collect::<Vec<_>>().join(", ")
@@ -225,12 +166,9 @@ impl Entry {
             (Some(own), []) => Ok(own),
             (Some(own), [only]) if i64::from(*only) == own => Ok(own),
             (None, [only]) => Ok((*only).into()),
-            (Some(own), _) => Err(format!(
-                "{text} is ambiguous: write raw:{own} or one of {}",
-                names()
-            )),
-            (None, []) => Err(format!("its values are {}", names())),
-            (None, _) => Err(format!("{text} is ambiguous: its values are {}", names())),
+            (Some(own), _) => Err(NumberError::RawOrName(text.to_owned(), own, names())),
+            (None, []) => Err(NumberError::Names(names())),
+            (None, _) => Err(NumberError::Ambiguous(text.to_owned(), names())),
         }
     }
 
@@ -238,7 +176,7 @@ impl Entry {
     ///
     /// # Errors
     /// One sentence with the permitted values.
-    pub fn check(&self, raw: u32, scale: &Scale) -> Result<(), String> {
+    pub fn check(&self, raw: u32, scale: &Scale) -> Result<(), NumberError> {
         let number = self.data_type.value(raw);
         let permitted = match self.permitted {
             Permitted::Any => true,
@@ -339,16 +277,15 @@ pub fn integer(text: &str) -> Option<i64> {
 ///
 /// # Errors
 /// One sentence, why it is none.
-pub fn identifier(text: &str) -> Result<u32, String> {
+pub fn identifier(text: &str) -> Result<u32, NumberError> {
     let digits = text.strip_prefix("0x").unwrap_or(text);
     let digits = digits.strip_suffix(['h', 'H']).unwrap_or(digits);
-    let wrong = "an identifier is 300h (11 bits) or 8 digits as 00000361h (29 bits)";
     let is_valid = digits.bytes().all(|byte| byte.is_ascii_hexdigit());
     let number = u32::from_str_radix(digits, 16).ok().filter(|_| is_valid);
     match (digits.len(), number) {
         (1..=3, Some(number)) if number <= 0x7FF => Ok(CanId::standard(number as u16).bits()),
         (8, Some(number)) if number <= 0x1FFF_FFFF => Ok(CanId::extended(number).bits()),
-        _ => Err(wrong.to_owned()),
+        _ => Err(NumberError::NoIdentifier),
     }
 }
 

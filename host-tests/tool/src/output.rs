@@ -1,6 +1,6 @@
 //! What a command prints, and what it asks.
 
-use crate::error::Error;
+use crate::error::{Error, FileError};
 use crate::link::stopped;
 use crate::ops::Report;
 use crate::question::{Name, Question};
@@ -131,14 +131,10 @@ impl Terminal<'_> {
     }
 }
 
-/// The code of the failure that nobody reads the output any more, for example after `| head -1`. The program ends without a message.
-pub const CLOSED: &str = "output-closed";
-
-/// The failure of an output that cannot be written.
+/// The failure of an output that cannot be written. If nobody reads it any more, the program ends without a message.
 pub(crate) fn closed(error: std::io::Error) -> Error {
-    let code = match error.kind() {
-        ErrorKind::BrokenPipe => CLOSED,
-        _ => "no-output",
-    };
-    Error::bus(code, format!("cannot write the output: {error}"))
+    match error.kind() {
+        ErrorKind::BrokenPipe => FileError::Closed(error.to_string()).into(),
+        _ => FileError::NoOutput(error.to_string()).into(),
+    }
 }

@@ -10,7 +10,7 @@
 
 mod cob_ids;
 
-use crate::error::Error;
+use crate::error::{Error, NumberError, SensorError};
 use crate::master::Roles;
 use crate::session::Session;
 use crate::sheet::{Entry, Origin};
@@ -45,7 +45,7 @@ pub fn write(session: &mut Session, values: &Values) -> Result<(), Error> {
 }
 
 fn is_wrong_state(written: &Result<(), Error>) -> bool {
-    matches!(written, Err(failure) if failure.code == "wrong-state")
+    matches!(written, Err(Error::Sensor(SensorError::WrongState(..))))
 }
 
 /// Repeats a write that the present state of the sensor forbids, until it has stored what it stores.
@@ -131,7 +131,7 @@ fn retried(session: &mut Session, values: Values) -> Result<(), Error> {
         let (before, mut refused, mut failure) = (left.len(), Values::new(), None);
         for (entry, raw) in left {
             match session.write(&[(entry.clone(), raw)]) {
-                Err(error) if error.code == "refused" => {
+                Err(error @ Error::Refused(_)) => {
                     refused.push((entry, raw));
                     failure.get_or_insert(error);
                 }
@@ -176,8 +176,7 @@ fn identifiers(session: &mut Session, values: Values) -> Result<(), Error> {
                 // Two are exchanged: one has a temporary identifier that no other has or gets.
                 let entry = left[0].0.clone();
                 if waiting.contains(&entry.name) {
-                    let message = format!("{} must differ from the other identifiers", entry.name);
-                    return Err(Error::usage("out-of-range", message));
+                    return Err(NumberError::SameIdentifier(entry.name.clone()).into());
                 }
                 waiting.push(entry.name.clone());
                 let is_used =

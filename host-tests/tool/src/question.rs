@@ -2,6 +2,7 @@
 
 use crate::calibrate::host;
 use crate::identify::About;
+use crate::texts::Text;
 use clap::ValueEnum;
 use serde::{Deserialize, Serialize};
 use std::fmt::{self, Display, Formatter};
@@ -243,7 +244,7 @@ impl Display for Question {
                 "The sensor has the article {article}, which fits several products ({products}), and does not report its software version. Is it {product}?"
             ),
             Self::DataSheet { doubts } => {
-                write!(f, "The data sheet {}. Use it anyway?", Doubt::all(doubts))
+                write!(f, "The data sheet {}. Use it anyway?", Doubts(doubts.clone()))
             }
             Self::Change {
                 change,
@@ -270,11 +271,24 @@ impl Display for Question {
     }
 }
 
-impl Doubt {
-    /// All of them in a sentence after "the data sheet".
-    pub fn all(doubts: &[Self]) -> String {
-        let texts: Vec<String> = doubts.iter().map(Self::to_string).collect();
-        texts.join("; it ")
+/// All that differs; as a text, in a sentence after "the data sheet".
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct Doubts(pub Vec<Doubt>);
+
+impl Display for Doubts {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        let texts: Vec<String> = self.0.iter().map(Doubt::to_string).collect();
+        f.write_str(&texts.join("; it "))
+    }
+}
+
+impl Text for Doubts {
+    fn german(&self) -> String {
+        let texts = self.0.iter().map(|Doubt { what, wanted, own }| {
+            let own = own.as_deref().unwrap_or("nicht lesbar");
+            format!("{what} {wanted} im Datenblatt, {own} im Gerät")
+        });
+        texts.collect::<Vec<_>>().join("; ")
     }
 }
 

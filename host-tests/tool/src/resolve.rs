@@ -1,8 +1,7 @@
 //! From what a user types to entries of a sheet: full names, names of groups, abbreviations.
 
-use crate::error::Error;
+use crate::error::{Error, NumberError, RequestError};
 use crate::known::meant;
-use crate::number::Wrong;
 use crate::sheet::{Entry, Sheet, kebab};
 
 /// The entries that a name means: one entry, or the entries of a group.
@@ -32,20 +31,16 @@ pub fn entries<'a>(sheet: &'a Sheet, name: &str) -> Result<Vec<&'a Entry>, Error
         [] => {
             let names = sheet.entries.iter().map(|entry| entry.name.as_str());
             let groups = groups.iter().map(|(group, _)| *group);
-            let message = format!(
-                "{} has no parameter {name:?}: `plumbline parameters` lists all names{}",
+            Err(RequestError::UnknownName(
                 sheet.product.name,
-                meant(&wanted, names.chain(groups))
-            );
-            Err(Error::usage("unknown-name", message))
+                name.to_owned(),
+                meant(&wanted, names.chain(groups)),
+            )
+            .into())
         }
         _ => {
             let names: Vec<&str> = matches.iter().map(|entry| entry.name.as_str()).collect();
-            let message = format!(
-                "{name:?} can be {}: write more of the name",
-                names.join(", ")
-            );
-            Err(Error::usage("ambiguous-name", message))
+            Err(RequestError::AmbiguousName(name.to_owned(), names.join(", ")).into())
         }
     }
 }
@@ -68,9 +63,7 @@ pub type Assignment<'a> = (&'a Entry, String);
 /// A name or a value is wrong.
 pub fn assignments<'a>(sheet: &'a Sheet, text: &str) -> Result<Vec<Assignment<'a>>, Error> {
     let Some((name, value)) = text.split_once('=') else {
-        let message =
-            format!("{text:?} is no assignment: write NAME=VALUE, for example cyclic-time=250ms");
-        return Err(Error::usage("bad-assignment", message));
+        return Err(RequestError::NoAssignment(text.to_owned()).into());
     };
     let found = entries(sheet, name)?;
     let group = match found[..] {
@@ -86,7 +79,7 @@ pub fn assignments<'a>(sheet: &'a Sheet, text: &str) -> Result<Vec<Assignment<'a
         let fits = |entry: &&Entry| entry.parse(part).is_ok();
         let Some(place) = left.iter().position(fits) else {
             let mut wrong = left.iter().filter_map(|entry| entry.parse(part).err());
-            let wrong = wrong.find(Wrong::is_out_of_range);
+            let wrong = wrong.find(NumberError::is_out_of_range);
             let names: Vec<String> = group
                 .iter()
                 .map(|entry| format!("{} ({})", entry.name, entry.range()))
@@ -94,8 +87,9 @@ pub fn assignments<'a>(sheet: &'a Sheet, text: &str) -> Result<Vec<Assignment<'a
             if let Some(wrong) = wrong {
                 return Err(wrong.into());
             }
-            let message = format!("{name:?}: {part:?} fits none of {}", names.join("; "));
-            return Err(Error::usage("bad-value", message));
+            return Err(
+                NumberError::FitsNone(name.to_owned(), part.to_owned(), names.join("; ")).into(),
+            );
         };
         taken.push((left.remove(place), part.trim().to_owned()));
     }

@@ -1,7 +1,7 @@
 //! Samples of the angles, by polling: the settings of the sensor stay as they are. In J1939 they are in the group SSI2, which the sensor
 //! broadcasts, or sends on request.
 
-use crate::error::Error;
+use crate::error::{Error, RequestError};
 use crate::master::fsc::request as fsc;
 use crate::master::fsc::tables as fsc_tables;
 use crate::number::Scale;
@@ -87,8 +87,7 @@ impl Sampler {
         let sheet = &session.sheet;
         let angles: Vec<Entry> = match &sheet.data_sheet {
             Some(data_sheet) if data_sheet.angles.is_empty() => {
-                let message = "the data sheet does not say which values are angles: give names, `plumbline parameters` lists them";
-                return Err(Error::usage("no-angles", message));
+                return Err(RequestError::NoAngles.into());
             }
             Some(data_sheet) => data_sheet.angles.clone(),
             None => {
@@ -168,7 +167,7 @@ impl Sampler {
                     status,
                 }))
             }
-            Err(failure) if failure.code == "no-answer" => {
+            Err(Error::Silent(_)) => {
                 self.lost += 1;
                 self.unanswered.get_or_insert(after(self.start, time));
                 Ok(None)

@@ -1,6 +1,6 @@
 //! A session with one sensor: reads, writes and commands, whatever its protocol.
 
-use crate::error::Error;
+use crate::error::{Error, SensorError, What, Why};
 use crate::link::Link;
 use crate::master::devicenet::Connection;
 use crate::master::{Roles, Storing, Target};
@@ -148,7 +148,7 @@ impl Session {
         let mut read = self.bytes_once(entry);
         for _ in 1..TRIES {
             match &read {
-                Err(failure) if failure.code == "no-answer" => read = self.bytes_once(entry),
+                Err(Error::Silent(_)) => read = self.bytes_once(entry),
                 _ => break,
             }
         }
@@ -236,21 +236,16 @@ impl Session {
         let mut written = self.write(&value);
         for _ in 1..TRIES {
             match &written {
-                Err(failure) if failure.code == "no-answer" => written = self.write(&value),
+                Err(Error::Silent(_)) => written = self.write(&value),
                 _ => break,
             }
         }
         self.link.set_ending(was_ending);
-        written.map_err(|failure| Error {
-            message: format!(
-                "{}; the tool could not restore {}, which was {}: `plumbline set {}=raw:{raw}`, or switch the sensor off and on",
-                failure.message,
-                entry.name,
-                entry.text(raw),
-                entry.name
-            ),
-            ..failure
-        })
+        let (name, value) = (entry.name.clone(), entry.text(raw));
+        let explained = |failure: Error| {
+            failure.explained(|failure| Why::NotRestored(failure, name, value, raw))
+        };
+        written.map_err(explained)
     }
 
     /// The serial number of the sensor, if its protocol tells it in one answer.
@@ -318,7 +313,7 @@ impl Session {
     /// The product has no address for it.
     pub fn entry(&self, id: ParameterId) -> Result<Entry, Error> {
         let entry = self.sheet.parameter(id).cloned();
-        entry.ok_or_else(|| unexpected("a parameter"))
+        entry.ok_or_else(|| unexpected(What::Parameter))
     }
 }
 
@@ -330,18 +325,17 @@ fn part(entry: &Entry, bytes: &[u8]) -> Result<Vec<u8>, Error> {
     let from = usize::from(offset);
     let to = from + usize::from(entry.data_type.size());
     let bytes = bytes.get(from..to).map(<[u8]>::to_vec);
-    bytes.ok_or_else(|| unexpected(&entry.name))
+    bytes.ok_or_else(|| unexpected(What::Name(entry.name.clone())))
 }
 
 /// The answer does not fit the product.
-pub(crate) fn unexpected(what: &str) -> Error {
-    Error::refused(
-        "unexpected-answer",
-        format!("the answer to {what} does not fit the product: is --product right?"),
-    )
+pub(crate) fn unexpected(what: What) -> Error {
+    SensorError::Unexpected(what).into()
 }
 
 fn raw_number(entry: &Entry, bytes: &[u8]) -> Result<u32, Error> {
     let bytes = bytes.get(..usize::from(entry.data_type.size()));
-    bytes.map(number).ok_or_else(|| unexpected(&entry.name))
+    bytes
+        .map(number)
+        .ok_or_else(|| unexpected(What::Name(entry.name.clone())))
 }

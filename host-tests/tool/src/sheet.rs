@@ -6,6 +6,7 @@
 pub(crate) mod rows;
 
 use crate::eds::DataSheet;
+use crate::error::NumberError;
 use crate::number::Scale;
 use plumbline::model::catalog::Product;
 use plumbline::param::{Constraint, DataType, Meaning, ParameterId, Permitted, ValueId};
@@ -188,24 +189,21 @@ impl Sheet {
     }
 
     /// Why two raw numbers do not fit a constraint; None: they do.
-    pub fn broken(&self, constraint: &Constraint, first: u32, second: u32) -> Option<String> {
+    pub fn broken(&self, constraint: &Constraint, first: u32, second: u32) -> Option<NumberError> {
         let (one, other) = parameters(constraint);
         let (one, other) = (self.parameter(one)?, self.parameter(other)?);
         match *constraint {
-            Constraint::Different(..) if first == second => Some(format!(
-                "{} and {} must differ: both would be {}",
-                one.name,
-                other.name,
-                one.text(first)
+            Constraint::Different(..) if first == second => Some(NumberError::Same(
+                one.name.clone(),
+                other.name.clone(),
+                one.text(first),
             )),
             Constraint::AtMost { high, number, .. }
                 if second == u32::from(number) && first > u32::from(high) =>
             {
                 let (limit, with) = (one.text(high.into()), other.text(second));
-                Some(format!(
-                    "{} is at most {limit} with {} {with}",
-                    one.name, other.name
-                ))
+                let (name, other) = (one.name.clone(), other.name.clone());
+                Some(NumberError::AtMost(name, limit, other, with))
             }
             _ => None,
         }

@@ -1,7 +1,7 @@
 //! An adapter on the bus of the test bench, in virtual time.
 
 use super::{Adapter, Capabilities, Mode};
-use crate::error::Error;
+use crate::error::{AdapterError, Error};
 use bench::{AdapterId, Bus, Source};
 use plumbline::can::{BitRate, Frame};
 use plumbline::time::{Duration, Instant, after, millis};
@@ -117,5 +117,5 @@ impl Adapter for BenchAdapter {
 
 /// Sending needs an adapter that is open and active.
 pub(super) fn not_active() -> Error {
-    Error::bus("not-open", "the adapter only listens, so nothing was sent")
+    AdapterError::NotOpen.into()
 }

@@ -3,7 +3,7 @@
 
 use super::bench::BenchAdapter;
 use super::{Adapter, Capabilities, Mode};
-use crate::error::Error;
+use crate::error::{AdapterError, Error, RequestError};
 use crate::identify;
 use crate::link::Link;
 use crate::master::{devicenet, factory_target, j1939};
@@ -45,8 +45,7 @@ pub fn bus(name: &str) -> Result<Bus, Error> {
     let product = identify::product(name)?;
     let tables = j1939::tables(product);
     if is_j1939 && tables.is_none() {
-        let message = format!("{name} does not have J1939: ims360/j1939 has it");
-        return Err(Error::usage("unknown-product", message));
+        return Err(RequestError::NoJ1939(name.to_owned()).into());
     }
     let node_type = NodeType::from(product);
     let mut bus = Bus::new(BusRate::Follow);
@@ -69,7 +68,7 @@ pub fn bus(name: &str) -> Result<Bus, Error> {
 
 /// The bus after its sensor was switched to J1939.
 fn switched(bus: Bus, product: &'static Product, tables: &J1939Tables) -> Result<Bus, Error> {
-    let failed = || Error::bus("adapter-lost", "the demonstration does not start");
+    let failed = || Error::from(AdapterError::Demonstration);
     let target = factory_target(product).ok_or_else(failed)?;
     let bus = Rc::new(RefCell::new(bus));
     let never: Rc<dyn Fn() -> bool> = Rc::new(|| false);

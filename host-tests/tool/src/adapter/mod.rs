@@ -25,7 +25,7 @@ pub mod socketcan;
 pub mod tcp;
 pub mod unread;
 
-use crate::error::Error;
+use crate::error::{AdapterError, Error};
 use plumbline::can::{BitRate, Frame};
 use plumbline::model::catalog::PRODUCTS;
 use plumbline::time::Instant;
@@ -112,22 +112,17 @@ fn instant(since_connected: Duration) -> Instant {
 
 /// The adapter has failed, or was unplugged.
 fn lost(name: &str, reason: impl Display) -> Error {
-    let message = format!("the adapter {name} has failed ({reason}): plug it in again and repeat");
-    Error::bus("adapter-lost", message)
+    AdapterError::Lost(name.to_owned(), reason.to_string()).into()
 }
 
 /// The adapter cannot be opened without a bit rate.
 fn no_rate(name: &str) -> Error {
-    let message = format!("{name} needs a bit rate: give it with --rate");
-    Error::usage("no-rate", message)
+    AdapterError::NoRate(name.to_owned()).into()
 }
 
 /// The adapter is not opened in another mode than asked for.
 fn no_listen_only(name: &str) -> Error {
-    let message = format!(
-        "{name} has no listen-only mode, so it was not opened: `plumbline scan --active` asks without listening first"
-    );
-    Error::bus("no-listen-only", message)
+    AdapterError::NoListenOnly(name.to_owned()).into()
 }
 
 /// The variable of the environment that selects the time of the bus; for tests.
@@ -136,9 +131,6 @@ const CLOCK: &str = "PLUMBLINE_CLOCK";
 fn is_in_bus_time() -> bool {
     std::env::var_os(CLOCK).is_some_and(|clock| clock == "bus")
 }
-
-/// The next step after a port that does not exist.
-const PORTS: &str = "ports are slcan://HOST:PORT, slcan:/dev/ttyACM0, can0 (Linux), usb[:SERIAL], pcan[:USBBUS1] and demo:PRODUCT; `plumbline ports` lists those of this computer";
 
 /// The adapter of a port. It is not open yet.
 ///
@@ -163,8 +155,7 @@ pub fn connect(port: &str) -> Result<Box<dyn Adapter>, Error> {
     }
     if let Some(path) = port.strip_prefix("slcan:") {
         if path.is_empty() {
-            let message = "slcan: needs a serial port, for example slcan:/dev/ttyACM0 or slcan:COM3; slcan://HOST:PORT is slcan over TCP";
-            return Err(Error::usage("unknown-port", message));
+            return Err(AdapterError::SerialPort.into());
         }
         let adapter = serial::open(path)?;
         return Ok(match is_in_bus_time() {
@@ -185,14 +176,10 @@ pub fn connect(port: &str) -> Result<Box<dyn Adapter>, Error> {
         return Ok(Box::new(pcan::connect(channel)?));
     }
     if let Some(meant) = meant(port) {
-        let message = format!("there is no port {port:?}: did you mean {meant}?");
-        return Err(Error::usage("unknown-port", message));
+        return Err(AdapterError::Meant(port.to_owned(), meant).into());
     }
     if port.is_empty() || port.contains([':', '/']) {
-        return Err(Error::usage(
-            "unknown-port",
-            format!("there is no port {port:?}: {PORTS}"),
-        ));
+        return Err(AdapterError::UnknownPort(port.to_owned()).into());
     }
     interface(port)
 }
@@ -226,12 +213,7 @@ fn check_address(port: &str, address: &str) -> Result<(), Error> {
     });
     match is_valid {
         true => Ok(()),
-        false => Err(Error::usage(
-            "unknown-port",
-            format!(
-                "{port:?} has no host or no valid port number: write slcan://HOST:PORT, for example slcan://127.0.0.1:11898"
-            ),
-        )),
+        false => Err(AdapterError::NoHost(port.to_owned()).into()),
     }
 }
 
@@ -242,8 +224,5 @@ fn interface(name: &str) -> Result<Box<dyn Adapter>, Error> {
 
 #[cfg(not(target_os = "linux"))]
 fn interface(name: &str) -> Result<Box<dyn Adapter>, Error> {
-    Err(Error::usage(
-        "unknown-port",
-        format!("{name} can only be a CAN interface of Linux: {PORTS}"),
-    ))
+    Err(AdapterError::OnlyLinux(name.to_owned()).into())
 }

@@ -2,7 +2,7 @@
 
 use super::background::{Background, SLICE};
 use super::slcan::Slcan;
-use crate::error::Error;
+use crate::error::{AdapterError, Error};
 use serial2::SerialPort;
 use std::io;
 
@@ -20,14 +20,11 @@ pub fn open(path: &str) -> Result<Slcan<Background<SerialPort>>, Error> {
             .iter()
             .map(|port| port.display().to_string())
             .collect();
-        let hint = match &ports[..] {
-            [] => "this computer has no serial port: plug in the adapter".to_owned(),
-            ports => format!("the serial ports are {}", ports.join(", ")),
-        };
-        Error::bus(
-            "no-adapter",
-            format!("cannot open {path} ({error}): {hint}"),
-        )
+        let (path, reason) = (path.to_owned(), error.to_string());
+        match &ports[..] {
+            [] => AdapterError::NoSerial(path, reason),
+            ports => AdapterError::OtherPorts(path, reason, ports.join(", ")),
+        }
     };
     let port = in_background(path).map_err(failed)?;
     Ok(Slcan::new(port, &format!("slcan:{path}")))

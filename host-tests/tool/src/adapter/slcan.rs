@@ -25,7 +25,7 @@
 use super::bench::not_active;
 use super::unread::Unread;
 use super::{Adapter, Capabilities, Mode, instant};
-use crate::error::Error;
+use crate::error::{AdapterError, Error};
 use line::{Line, time_of};
 use plumbline::can::{BitRate, Frame};
 use plumbline::time::{Duration, Instant};
@@ -157,13 +157,11 @@ impl<S: Stream> Slcan<S> {
     }
 
     fn lost(&self, error: &io::Error) -> Error {
-        let name = &self.name;
-        let next = match name.starts_with("slcan://") {
-            true => "is the server still running? Start it again and repeat",
-            false => "plug it in again and repeat",
-        };
-        let message = format!("the adapter {name} has failed ({error}): {next}");
-        Error::bus("adapter-lost", message)
+        let (name, reason) = (self.name.clone(), error.to_string());
+        match name.starts_with("slcan://") {
+            true => AdapterError::ServerLost(name, reason).into(),
+            false => AdapterError::Lost(name, reason).into(),
+        }
     }
 
     /// Reads what is there, and waits at most this time for it. False: nothing came.
@@ -339,11 +337,7 @@ impl<S: Stream> Adapter for Slcan<S> {
                 return Ok(Some(received));
             }
             if std::mem::take(&mut self.refused) {
-                let name = &self.name;
-                let message = format!(
-                    "{name} refused a frame, because its queue is full or the bus is off: check the bit rate and the wiring"
-                );
-                return Err(Error::bus("frame-refused", message));
+                return Err(AdapterError::FrameRefused(self.name.clone()).into());
             }
             if self.now() >= until {
                 return Ok(None);

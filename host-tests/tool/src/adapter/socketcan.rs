@@ -9,7 +9,7 @@
 
 use super::bench::not_active;
 use super::{Adapter, Capabilities, Mode, instant};
-use crate::error::Error;
+use crate::error::{AdapterError, Error};
 use embedded_can::Frame as _;
 use plumbline::can::{BitRate, Frame};
 use plumbline::time::Instant;
@@ -149,15 +149,11 @@ impl<I: Interface> SocketCan<I> {
     /// # Errors
     /// There is no such interface.
     pub fn new(interface: I, name: &str) -> Result<Self, Error> {
-        let described = interface.describe().map_err(|_| {
-            let message = format!("there is no interface {name}: `ip link` shows all, and other ports are slcan://HOST:PORT, slcan:/dev/ttyACM0, usb[:SERIAL] and demo:PRODUCT");
-            Error::bus("no-adapter", message)
-        })?;
+        let described = interface
+            .describe()
+            .map_err(|_| AdapterError::NoInterface(name.to_owned()))?;
         if !Settings::of(&described.unwrap_or_default()).is_can {
-            let message = format!(
-                "{name} is not a CAN interface: `plumbline ports` lists the ports of this computer"
-            );
-            return Err(Error::bus("no-adapter", message));
+            return Err(AdapterError::NotCan(name.to_owned()).into());
         }
         Ok(Self {
             interface,
@@ -170,11 +166,7 @@ impl<I: Interface> SocketCan<I> {
     }
 
     fn lost(&self, error: &io::Error) -> Error {
-        let name = &self.name;
-        let message = format!(
-            "the interface {name} has failed ({error}): see `ip -details link show {name}`"
-        );
-        Error::bus("adapter-lost", message)
+        AdapterError::InterfaceLost(self.name.clone(), error.to_string()).into()
     }
 
     /// The commands that give the interface a rate in bit/s and a mode, or switch on one that has neither.
@@ -204,32 +196,22 @@ impl<I: Interface> SocketCan<I> {
             Kind::Can => {}
             Kind::Virtual => return Ok(None),
             Kind::Other(kind) if mode == Mode::Listen => {
-                let message = format!(
-                    "the interface {name} ({kind}) has no listen-only mode that `ip` can set: it has the bit rate and the mode of the program that made it, for example slcand. Make it anew with these, or use the adapter directly, for example with --port slcan:/dev/ttyACM0"
-                );
-                return Err(Error::bus("no-listen-only", message));
+                return Err(AdapterError::KindListens(name.clone(), kind.clone()).into());
             }
             Kind::Other(_) => return Ok(None),
         }
         let wanted = rate.map(BitRate::bits_per_second);
         let commands = self.commands(&settings.kind, wanted.or(own), mode);
         if mode == Mode::Listen && !listens {
-            let message =
-                format!("the interface {name} is not in listen-only mode. Type: {commands}");
-            return Err(Error::bus("no-listen-only", message));
+            return Err(AdapterError::NotListening(name.clone(), commands).into());
         }
         if mode == Mode::Active && listens {
-            let message = format!("the interface {name} only listens. Type: {commands}");
-            return Err(Error::bus("only-listens", message));
+            return Err(AdapterError::OnlyListens(name.clone(), commands).into());
         }
         if let (Some(rate), Some(own)) = (rate, own)
             && own != rate.bits_per_second()
         {
-            let message = format!(
-                "the interface {name} has {own} bit/s, not {}. Type: {commands}",
-                rate.name()
-            );
-            return Err(Error::bus("wrong-rate", message));
+            return Err(AdapterError::WrongRate(name.clone(), own, rate.name(), commands).into());
         }
         let mut rates = BitRate::ALL.into_iter();
         Ok(rates.find(|rate| Some(rate.bits_per_second()) == own))
@@ -302,10 +284,7 @@ impl<I: Interface> Adapter for SocketCan<I> {
             let wanted = rate.map(BitRate::bits_per_second);
             let kind = self.settings().map_or(Kind::Can, |settings| settings.kind);
             let (name, commands) = (&self.name, self.commands(&kind, wanted, mode));
-            Error::bus(
-                "no-adapter",
-                format!("cannot open {name} ({error}). Type: {commands}"),
-            )
+            AdapterError::InterfaceUnopened(name.clone(), error.to_string(), commands)
         })?;
         self.mode = Some(mode);
         self.errors = 0;
@@ -332,10 +311,7 @@ impl<I: Interface> Adapter for SocketCan<I> {
         };
         let written = self.interface.write(&converted);
         written.map_err(|error| match error.raw_os_error() {
-            Some(NO_BUFFER) => Error::bus(
-                "frame-refused",
-                "the queue of the interface is full, because nobody acknowledges: check bit rate, wiring and terminators",
-            ),
+            Some(NO_BUFFER) => AdapterError::QueueFull.into(),
             _ => self.lost(&error),
         })
     }

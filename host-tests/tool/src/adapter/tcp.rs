@@ -2,7 +2,7 @@
 
 use super::background::{Background, SLICE};
 use super::slcan::Slcan;
-use crate::error::Error;
+use crate::error::{AdapterError, Error};
 use std::io::{self, ErrorKind, Read};
 use std::net::{TcpStream, ToSocketAddrs};
 use std::time::Duration;
@@ -26,12 +26,8 @@ pub(super) fn is_timeout(error: &io::Error) -> bool {
 /// # Errors
 /// Nobody accepts connections there.
 pub fn connect(address: &str) -> Result<Slcan<Connection>, Error> {
-    let failed = |error: io::Error| {
-        let message = format!(
-            "cannot connect to {address} ({error}): is the adapter or the virtual sensor running there?"
-        );
-        Error::bus("no-adapter", message)
-    };
+    let failed =
+        |error: io::Error| AdapterError::NoConnection(address.to_owned(), error.to_string());
     let mut last = io::Error::new(ErrorKind::NotFound, "no address");
     for target in address.to_socket_addrs().map_err(failed)? {
         match TcpStream::connect_timeout(&target, CONNECT) {
@@ -42,7 +38,7 @@ pub fn connect(address: &str) -> Result<Slcan<Connection>, Error> {
             Err(error) => last = error,
         }
     }
-    Err(failed(last))
+    Err(failed(last).into())
 }
 
 fn in_background(stream: TcpStream) -> io::Result<Connection> {

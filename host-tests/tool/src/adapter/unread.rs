@@ -1,7 +1,7 @@
 //! What an adapter says that this tool cannot read.
 
 use crate::eds::shown;
-use crate::error::{Error, Kind};
+use crate::error::{Error, Kind, Why};
 use std::cell::RefCell;
 use std::rc::Rc;
 
@@ -37,11 +37,8 @@ impl Unread {
 
     /// The failure of a sensor that does not answer: its answers can be among the lines.
     pub fn explain(&self, failure: Error) -> Error {
-        match self.told() {
-            Some(told) if failure.kind == Kind::Silent => Error {
-                message: format!("no answer was read: {told}"),
-                ..failure
-            },
+        match (self.count(), failure.kind()) {
+            (count @ 1.., Kind::Silent) => failure.explained(|_| Why::Unread(count, self.first())),
             _ => failure,
         }
     }

@@ -1,6 +1,6 @@
 //! Writes a file. An existing file is never partly overwritten.
 
-use crate::error::Error;
+use crate::error::{Error, FileError};
 use std::io::{self, Write};
 use std::path::Path;
 
@@ -17,15 +17,8 @@ pub fn write_file(path: &Path, text: &str) -> Result<(), Error> {
         true => std::fs::write(&target, text),
         false => replace(&target, text),
     };
-    written.map_err(|error| {
-        Error::bus(
-            "no-file",
-            format!(
-                "cannot write {} ({error}): choose another file or folder",
-                path.display()
-            ),
-        )
-    })
+    written
+        .map_err(|error| FileError::Unwritten(path.display().to_string(), error.to_string()).into())
 }
 
 /// Writes a new file beside the old one, and gives it the name of the old one.

@@ -1,7 +1,7 @@
 //! Changes values of a file.
 
 use super::Backup;
-use crate::number::Wrong;
+use crate::error::NumberError;
 use crate::sheet::Entry;
 
 impl Backup {
@@ -9,7 +9,7 @@ impl Backup {
     ///
     /// # Errors
     /// The product has no such setting, or the value is not permitted.
-    pub fn set(&mut self, name: &str, text: &str) -> Result<(), Wrong> {
+    pub fn set(&mut self, name: &str, text: &str) -> Result<(), NumberError> {
         let entry = self
             .sheet
             .settings()
@@ -25,28 +25,17 @@ impl Backup {
     }
 
     /// Why a name is no setting of a file, with the next step.
-    fn no_setting(&self, name: &str) -> Wrong {
+    fn no_setting(&self, name: &str) -> NumberError {
         let mut entries = self.sheet.entries.iter();
         match entries.find(|entry| entry.name == name) {
-            Some(entry) if entry.writable => Wrong::new(
-                "not-in-a-file",
-                format!(
-                    "{name} cannot be stored in a file; `plumbline set {name}=...` writes it to the sensor"
-                ),
-            ),
+            Some(entry) if entry.writable => NumberError::NotInFile(name.to_owned()),
             Some(entry) => entry.read_only(),
-            None => Wrong::new(
-                "unknown-name",
-                format!(
-                    "{} has no setting {name:?}: `plumbline parameters` lists the names",
-                    self.sheet.product.name
-                ),
-            ),
+            None => NumberError::NoSetting(self.sheet.product.name, name.to_owned()),
         }
     }
 
     /// Sets the resolution. The values in its unit stay the same, so their raw numbers change.
-    fn set_resolution(&mut self, entry: Entry, text: &str) -> Result<(), Wrong> {
+    fn set_resolution(&mut self, entry: Entry, text: &str) -> Result<(), NumberError> {
         let raw = self.checked(&entry, text)?;
         let followers: Vec<(Entry, u32)> = self
             .values
@@ -68,8 +57,7 @@ impl Backup {
                 Ok(raw) => self.put(own, raw),
                 Err(wrong) => {
                     self.values = before;
-                    let why = format!("{wrong}; change it first");
-                    return Err(Wrong::out_of_range(why));
+                    return Err(NumberError::First(Box::new(wrong)));
                 }
             }
         }
@@ -77,7 +65,7 @@ impl Backup {
     }
 
     /// The raw number of a text, within the permitted values.
-    fn checked(&self, entry: &Entry, text: &str) -> Result<u32, Wrong> {
+    fn checked(&self, entry: &Entry, text: &str) -> Result<u32, NumberError> {
         entry.accept(text, &self.scale_of(entry))
     }
 

@@ -1,4 +1,5 @@
 use super::*;
+use crate::error::Cause;
 #[cfg(unix)]
 use std::path::PathBuf;
 
@@ -38,7 +39,7 @@ fn default_identifiers_of_a_device_with_a_data_sheet_follow_its_node_id() {
         assert_eq!(backup.values[0].1, restored, "{cob_id}");
     }
     for node in ["0", "128", "-1", "\"10\"", "1e3"] {
-        let why = parse(node, "180h").unwrap_err();
+        let why = parse(node, "180h").unwrap_err().to_string();
         assert!(why.contains("node-id"), "{node}: {why}");
     }
 }
@@ -83,6 +84,7 @@ fn hostile_file_is_refused() {
         let error = Backup::parse(text)
             .err()
             .unwrap_or_else(|| panic!("{text}"));
+        let error = error.to_string();
         assert!(error.contains(why), "{text}: {error}");
     }
 }
@@ -153,11 +155,17 @@ fn file_that_is_not_regular_is_refused_before_it_fills_the_memory() {
             Backup::read(path).unwrap_err(),
             crate::eds::read(path).unwrap_err(),
         ] {
-            assert_eq!((failure.code, failure.kind.exit_code()), ("bad-file", 2));
+            assert_eq!(
+                (failure.code(), failure.kind().exit_code()),
+                ("bad-file", 2)
+            );
         }
     }
     let failure = crate::labels::Labels::open(Some(&folder)).unwrap_err();
-    assert!(failure.message.contains("not a regular file"), "{failure}");
+    assert!(
+        failure.to_string().contains("not a regular file"),
+        "{failure}"
+    );
     std::fs::remove_dir_all(folder).unwrap();
 }
 
@@ -165,7 +173,9 @@ fn file_that_is_not_regular_is_refused_before_it_fills_the_memory() {
 fn file_that_cannot_be_written_names_the_next_step() {
     let failure = write_file(Path::new("/nonexistent/x.toml"), "").unwrap_err();
     assert!(
-        failure.message.contains("choose another file or folder"),
+        failure
+            .to_string()
+            .contains("choose another file or folder"),
         "{failure}"
     );
 }
@@ -179,7 +189,7 @@ fn control_characters_of_a_file_are_not_in_a_message() {
         "[sensor]\nproduct = \"is2\"\n[parameters]\nzero-x = \"1\\u001bdeg\"",
         "[sensor]\n\"\\u001b\" = 1\n\"\\u001b\" = 1",
     ] {
-        let why = Backup::parse(text).unwrap_err();
+        let why = Backup::parse(text).unwrap_err().to_string();
         assert!(!why.chars().any(char::is_control), "{text} {why:?}");
     }
 }
@@ -222,8 +232,8 @@ fn value_of_a_file_that_is_not_permitted_is_told_from_one_that_is_none() {
         ("nonsense", "1", "unknown-name", "\"nonsense\""),
     ] {
         let wrong = backup.set(name, text).unwrap_err();
-        assert_eq!(wrong.code, code, "{name} {text} {wrong}");
-        assert!(wrong.why.contains(part), "{name} {text} {wrong}");
+        assert_eq!(wrong.code(), code, "{name} {text} {wrong}");
+        assert!(wrong.to_string().contains(part), "{name} {text} {wrong}");
     }
     // The resolution of the sensor is the unit, the range stays that of the table.
     let text = "[sensor]\nproduct = \"tiltix080\"\n[parameters]\nresolution = \"1 deg\"\n";
@@ -232,7 +242,7 @@ fn value_of_a_file_that_is_not_permitted_is_told_from_one_that_is_none() {
         .set("slope-long16-preset-value", "99999 deg")
         .unwrap_err();
     assert!(
-        wrong.why.starts_with("99999 deg is not permitted"),
+        wrong.to_string().starts_with("99999 deg is not permitted"),
         "{wrong}"
     );
 }

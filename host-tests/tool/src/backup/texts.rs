@@ -123,6 +123,7 @@ mod tests {
         // It is no setting, so a file with it is refused.
         let changed = text.replace("ramp = ", "controlword = \"15\"\nramp = ");
         let why = Backup::parse_with(&changed, Some(&sheet)).unwrap_err();
+        let why = why.to_string();
         assert!(why.contains("controlword cannot be stored"), "{why}");
         // All that is in the tables of a product is there for a purpose.
         let sheet = Sheet::of(product("jn2101").unwrap());

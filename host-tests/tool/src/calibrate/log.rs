@@ -9,7 +9,7 @@
 //! The rate of a sensor without a gyroscope is 0. An older firmware prints neither it nor the measuring element, which is an ISM330DHCX.
 
 use super::demo;
-use crate::error::Error;
+use crate::error::{CalibrationError, Error};
 use host_tests::calibrate::Side;
 use plumbline::calibration_line;
 use plumbline::measure::calibration::Part;
@@ -137,22 +137,19 @@ impl Log {
     }
 
     fn command(command: &[String]) -> Result<Self, Error> {
-        let unstarted = |why: String| {
-            let shown = command.join(" ");
-            Error::bus("no-log", format!("cannot start `{shown}` ({why})"))
-        };
+        let shown = || command.join(" ");
         let (program, arguments) = command
             .split_first()
-            .ok_or_else(|| unstarted("it is empty".to_owned()))?;
+            .ok_or_else(|| CalibrationError::NoCommand(shown()))?;
         let mut child = Command::new(program)
             .args(arguments)
             .env("DEFMT_LOG", "debug")
             .stdin(Stdio::null())
             .stdout(Stdio::piped())
             .spawn()
-            .map_err(|error| unstarted(error.to_string()))?;
+            .map_err(|error| CalibrationError::LogUnstarted(shown(), error.to_string()))?;
         let output = child.stdout.take();
-        let output = output.ok_or_else(|| unstarted("it has no output".to_owned()))?;
+        let output = output.ok_or_else(|| CalibrationError::NoOutput(shown()))?;
         let (sender, messages) = channel();
         thread::spawn(move || {
             for line in lines(output) {
@@ -178,10 +175,7 @@ impl Log {
         match self.messages.recv_timeout(time) {
             Ok(message) => Ok(Some(message)),
             Err(RecvTimeoutError::Timeout) => Ok(None),
-            Err(RecvTimeoutError::Disconnected) => Err(Error::bus(
-                "log-ended",
-                "the command of the log has ended: connect the probe, look at its messages, and repeat",
-            )),
+            Err(RecvTimeoutError::Disconnected) => Err(CalibrationError::LogEnded.into()),
         }
     }
 

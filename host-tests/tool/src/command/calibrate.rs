@@ -8,7 +8,7 @@ mod measurement;
 use crate::calibrate::host::{Asks, Host, Question, State, Step};
 use crate::calibrate::log::{Log, Message, Sample, Source};
 use crate::calibrate::rest::{Average, Window};
-use crate::error::Error;
+use crate::error::{CalibrationError, Error, FileError, RequestError};
 use crate::identify;
 use crate::link::stopped;
 use crate::output::Terminal;
@@ -64,8 +64,7 @@ pub(super) fn calibrate(
     terminal: &mut Terminal,
 ) -> Result<(), Error> {
     if !log.is_empty() && !may_measure {
-        let message = "each position needs its own answer: leave out --yes";
-        return Err(Error::usage("needs-answers", message));
+        return Err(CalibrationError::NeedsAnswers.into());
     }
     let source = (!log.is_empty()).then(|| Source::Command(log.to_vec()));
     let done = run(path, source.as_ref(), unit, &mut Asks::new(terminal))?;
@@ -109,9 +108,7 @@ pub fn run(
     // Errors are reported before the measurement.
     let product = match (unit.store, unit.product) {
         (Some(_), None) => {
-            let message =
-                "a store file belongs to one product: give the product with --product NAME";
-            return Err(Error::usage("unknown-product", message));
+            return Err(RequestError::StoreProduct.into());
         }
         (_, name) => name.map(identify::product).transpose()?,
     };
@@ -120,19 +117,14 @@ pub fn run(
         Guide::start(log, host)?.run(&mut measurement, host)?;
     }
     let name = path.display().to_string();
-    let calibration = computed(&name, &measurement.text)
-        .map_err(|why| Error::usage("bad-file", format!("{why}; nothing was written")))?;
+    let calibration = computed(&name, &measurement.text).map_err(CalibrationError::Invalid)?;
     let (Some(store), Some(product)) = (unit.store, product) else {
         let next =
             "--store FILE with --product NAME writes it into a store file of the unit".to_owned();
         return Ok(Done { calibration, next });
     };
-    let serial = measurement.serial.ok_or_else(|| {
-        let message = "the log and the measurement have no serial number: give it with --serial N";
-        Error::usage("no-serial", message)
-    })?;
-    store_file::calibrate(product.owner(serial), &calibration, store)
-        .map_err(|why| Error::bus("no-file", why))?;
+    let serial = measurement.serial.ok_or(CalibrationError::NoSerial)?;
+    store_file::calibrate(product.owner(serial), &calibration, store).map_err(FileError::Store)?;
     let next = format!(
         "the calibration of {} with serial number {serial} is in {}. The download with probe-rs (README of Plumbline, \"Calibrating a unit\") replaces the settings of the unit: `plumbline backup` before and `plumbline restore` after it keep them",
         product.name,
@@ -180,11 +172,9 @@ impl Guide {
         } else if let (Some(own), None, false) =
             (measurement.serial, self.serial, measurement.is_named)
         {
-            let message = format!(
-                "{} belongs to the unit with serial number {own}, but the log does not contain the serial number of its unit: start the log before the unit, or give --serial {own}",
-                measurement.path.display()
+            return Err(
+                CalibrationError::SerialOfLog(measurement.path.display().to_string(), own).into(),
             );
-            return Err(Error::usage("no-serial", message));
         }
         for side in missing {
             let place = SIDES.iter().position(|own| *own == side).unwrap_or(0) + 1;
@@ -248,11 +238,11 @@ impl Guide {
                 samples = 0;
                 continue;
             }
-            let message = "stopped: the measured positions are in the file. The same command continues with the other positions";
             return Err(match host.is_stopped() {
-                true => Error::stopped(message),
-                false => Error::usage("not-confirmed", message),
-            });
+                true => CalibrationError::Stopped,
+                false => CalibrationError::Declined,
+            }
+            .into());
         }
     }
 
@@ -275,10 +265,7 @@ impl Guide {
     ) -> Result<(), Error> {
         match message {
             Message::Element(Some(part)) => measurement.is_with(part),
-            Message::Element(None) => {
-                let message = "the measuring element of this unit is newer than this program: use the newest plumbline";
-                Err(Error::usage("unknown-element", message))
-            }
+            Message::Element(None) => Err(CalibrationError::UnknownElement.into()),
             Message::Serial(serial) => self.unit(serial, measurement, host),
             Message::Sample(_) => Ok(()),
         }
@@ -291,15 +278,12 @@ impl Guide {
         measurement: &mut Measurement,
         host: &mut dyn Host,
     ) -> Result<(), Error> {
-        let wrong = |message| Err(Error::usage("wrong-unit", message));
         match self.serial {
-            Some(own) if own != serial => wrong(format!(
-                "the serial number was {own} and is {serial} now: calibrate one unit at a time"
-            )),
+            Some(own) if own != serial => Err(CalibrationError::Changed(own, serial).into()),
             Some(_) => Ok(()),
-            None if self.is_unknown && measurement.serial.is_none() => wrong(format!(
-                "the log now contains the serial number {serial}, but the serial number of the earlier positions is unknown: begin with a new file, and with --serial {serial}"
-            )),
+            None if self.is_unknown && measurement.serial.is_none() => {
+                Err(CalibrationError::Unknown(serial).into())
+            }
             None => {
                 measurement.is_of(serial)?;
                 self.serial = Some(serial);
@@ -327,8 +311,7 @@ impl Guide {
                 }
                 Some(message) => self.start_of(message, measurement, host)?,
                 None if self.sampled.is_some_and(|last| last.elapsed() > PAUSE) => {
-                    let message = "no acceleration in the log for 10 s: look at the probe and the accelerometer, then repeat the command";
-                    return Err(Error::silent("no-answer", message));
+                    return Err(CalibrationError::Silent.into());
                 }
                 None => {}
             }

@@ -3,7 +3,7 @@
 use super::replaced;
 use crate::backup::{Backup, write_file};
 use crate::eds::dcf::{self, Commissioning};
-use crate::error::Error;
+use crate::error::{Error, FileError};
 use crate::identify::Found;
 use crate::ops::set;
 use crate::output::Terminal;
@@ -30,7 +30,7 @@ pub(crate) fn backup(
     for entry in settings {
         match session.read(&entry) {
             // A device does not need to have all that is in its data sheet.
-            Err(failure) if failure.code == "refused" && session.sheet.data_sheet.is_some() => {
+            Err(failure @ Error::Refused(_)) if session.sheet.data_sheet.is_some() => {
                 terminal.note(format!("{} is left out: {failure}", entry.name));
             }
             raw => {
@@ -42,7 +42,7 @@ pub(crate) fn backup(
     let texts: Vec<Entry> = session.sheet.texts().cloned().collect();
     for entry in texts {
         let bytes = match session.read_bytes(&entry) {
-            Err(failure) if failure.code == "refused" && session.sheet.data_sheet.is_some() => {
+            Err(failure @ Error::Refused(_)) if session.sheet.data_sheet.is_some() => {
                 terminal.note(format!("{} is left out: {failure}", entry.name));
                 continue;
             }
@@ -83,11 +83,7 @@ fn configuration_path(session: &Session, path: &Path) -> Result<Option<PathBuf>,
     }
     let configuration = path.with_extension("dcf");
     if configuration == path {
-        let message = format!(
-            "{} is the name of the DCF: give the backup another name, for example crane.toml",
-            path.display()
-        );
-        return Err(Error::usage("bad-file", message));
+        return Err(FileError::Dcf(path.display().to_string()).into());
     }
     Ok(Some(configuration))
 }

@@ -1,7 +1,7 @@
 //! `completions` and `man`, which are made from the definition of the command line.
 
 use crate::cli;
-use crate::error::Error;
+use crate::error::{Error, FileError, RequestError};
 use crate::known::meant;
 use crate::output::{Terminal, closed};
 use clap_complete::Shell;
@@ -33,12 +33,7 @@ pub fn man(
         let written = std::fs::create_dir_all(folder)
             .and_then(|()| clap_mangen::generate_to(program, folder));
         let path = folder.display();
-        written.map_err(|error| {
-            Error::bus(
-                "no-file",
-                format!("cannot write {path} ({error}): choose another folder"),
-            )
-        })?;
+        written.map_err(|error| FileError::FolderUnwritten(path.to_string(), error.to_string()))?;
         return terminal.line(format!("man {path}/plumbline.1"));
     }
     let page = page(program, command)?;
@@ -57,10 +52,9 @@ fn page(mut program: clap::Command, command: Option<&str>) -> Result<Man, Error>
     let names = program.get_subcommands().map(clap::Command::get_name);
     let meant = meant(name, names);
     let found = program.find_subcommand(name).cloned();
-    found.map(Man::new).ok_or_else(|| {
-        let message = format!("there is no command {name}: `plumbline --help` lists them{meant}");
-        Error::usage("unknown-command", message)
-    })
+    found
+        .map(Man::new)
+        .ok_or_else(|| RequestError::UnknownCommand(name.to_owned(), meant).into())
 }
 
 fn print(text: &[u8], terminal: &mut Terminal) -> Result<(), Error> {

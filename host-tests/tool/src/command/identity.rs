@@ -3,7 +3,7 @@
 use super::replaced;
 use crate::backup::{Unread, read_file, write_file};
 use crate::eds::identity as data_sheet;
-use crate::error::Error;
+use crate::error::{Error, Fault, FileError, RequestError};
 use crate::identify;
 use crate::ops::Report;
 use crate::ops::identity::Told;
@@ -33,20 +33,11 @@ pub(super) fn from_file(
 ) -> Result<(), Error> {
     let shown = path.display().to_string();
     let bytes = read_file(path, LONGEST).map_err(|unread| match unread {
-        Unread::Failed(error) => Error::bus(
-            "no-file",
-            format!(
-                "cannot read {shown} ({error}): --from takes an EDS, a DCF or a sheet of values"
-            ),
-        ),
-        Unread::Unfit(why) => unfit(&shown, why),
+        Unread::Failed(error) => FileError::IdentityUnread(shown.clone(), error.to_string()),
+        Unread::Unfit(why) => FileError::Identity(shown.clone(), why.into()),
     })?;
     let told = given(&data_sheet::text(&bytes), &shown, name)?;
     finish(&told, into, terminal)
-}
-
-fn unfit(shown: &str, why: &str) -> Error {
-    Error::usage("bad-file", format!("{shown}: {why}; nothing was written"))
 }
 
 /// The product and the identity in the text of a file. `name` is the wanted product.
@@ -54,21 +45,20 @@ fn unfit(shown: &str, why: &str) -> Error {
 /// # Errors
 /// The product is not known, or cannot have this identity.
 pub fn given(text: &str, shown: &str, name: Option<&str>) -> Result<Told, Error> {
-    let bad = |why: &str| unfit(shown, why);
+    let bad = |why: Fault| FileError::Identity(shown.to_owned(), why);
     let wanted = name.map(identify::product).transpose()?;
     let is_data_sheet = data_sheet::is_data_sheet(text);
     let mut sheet = Sheet::default();
     if !is_data_sheet {
-        sheet = Sheet::parse(text).map_err(|why| bad(&why))?;
+        sheet = Sheet::parse(text).map_err(|why| bad(why.into()))?;
     }
-    let product = wanted.or(sheet.product).ok_or_else(|| {
-        let message = "an identity belongs to one product: give the product with --product NAME";
-        Error::usage("unknown-product", message)
-    })?;
+    let product = wanted
+        .or(sheet.product)
+        .ok_or(RequestError::IdentityProduct)?;
     if is_data_sheet {
-        sheet = data_sheet::sheet(text, product).map_err(|why| bad(&why))?;
+        sheet = data_sheet::sheet(text, product).map_err(bad)?;
     }
-    let unit = sheet.unit(product).map_err(|why| bad(&why))?;
+    let unit = sheet.unit(product).map_err(|why| bad(why.into()))?;
     Ok(Told { product, unit })
 }
 
@@ -80,7 +70,7 @@ pub(super) fn finish(told: &Told, into: Into, terminal: &mut Terminal) -> Result
         write_file(path, &unit::sheet(product, unit))?;
     }
     if let Some(path) = into.store {
-        store_file::identify(product, unit, path).map_err(|why| Error::bus("no-file", why))?;
+        store_file::identify(product, unit, path).map_err(FileError::Store)?;
     }
     if let Some(path) = into.output {
         terminal.note(format!("the sheet is {}", path.display()));

@@ -17,7 +17,7 @@ use crate::calibrate::log::Source;
 use crate::cli::{Cli, Command, Options};
 use crate::connect::{self, Wanted};
 use crate::eds;
-use crate::error::{Error, Kind};
+use crate::error::{Error, FileError, Kind, RequestError};
 use crate::identify::{self, Found};
 use crate::labels::Labels;
 use crate::last::{self, Last};
@@ -33,9 +33,6 @@ use std::path::Path;
 
 /// Opens the adapter of a port.
 pub type Connect<'a> = &'a mut dyn FnMut(&str) -> Result<Box<dyn Adapter>, Error>;
-
-/// The port if the user names none.
-const NO_PORT: &str = "no port: give --port slcan:/dev/ttyACM0, slcan://HOST:PORT, can0, pcan or demo:is2, or set PLUMBLINE_PORT; `plumbline ports` lists the ports of this computer";
 
 /// Runs a command with the adapters of this computer.
 ///
@@ -97,8 +94,7 @@ pub fn run_with(cli: &Cli, terminal: &mut Terminal, connect: Connect) -> Result<
             store: Some(_),
             ..
         } => {
-            let message = "a store file needs an identity: give --from FILE, or --from-sensor for that of the connected sensor";
-            return Err(Error::usage("no-identity", message));
+            return Err(RequestError::NoIdentity.into());
         }
         Command::Serve {
             listen,
@@ -157,7 +153,7 @@ pub fn run_with(cli: &Cli, terminal: &mut Terminal, connect: Connect) -> Result<
         port: full.port.clone(),
         ..options.clone()
     };
-    let is_silent = matches!(&result, Err(failure) if failure.kind == Kind::Silent);
+    let is_silent = matches!(&result, Err(failure) if failure.kind() == Kind::Silent);
     if is_filled && is_silent && !bus.is_found {
         terminal.note("nobody answers there: the tool searches as without the last command");
         bus.options = &searched;
@@ -287,12 +283,8 @@ fn on_bus(cli: &Cli, bus: &mut Bus, terminal: &mut Terminal) -> Result<(), Error
 
 /// A file that exists is replaced only after a yes.
 fn replaced(path: &Path, terminal: &mut Terminal) -> Result<(), Error> {
-    let shown = path.display();
     if path.is_file() && !terminal.ask(&Question::Overwrite(path.to_owned()))? {
-        let message = format!(
-            "{shown} exists already: choose another name, or replace it with --yes=overwrite"
-        );
-        return Err(Error::usage("file-exists", message));
+        return Err(FileError::Exists(path.display().to_string()).into());
     }
     Ok(())
 }
@@ -337,7 +329,7 @@ struct Bus<'a> {
 impl Bus<'_> {
     fn adapter(&mut self) -> Result<Box<dyn Adapter>, Error> {
         let port = self.options.port.as_deref();
-        let adapter = (self.connect)(port.ok_or_else(|| Error::usage("no-port", NO_PORT))?)?;
+        let adapter = (self.connect)(port.ok_or(RequestError::NoPort)?)?;
         self.unread = adapter.unread().unwrap_or_default();
         Ok(adapter)
     }
@@ -346,7 +338,7 @@ impl Bus<'_> {
     fn labels(&self, terminal: &mut Terminal) -> Labels {
         let labels = Labels::open(self.options.config.as_deref());
         labels.unwrap_or_else(|failure| {
-            terminal.note(failure.message);
+            terminal.note(failure.to_string());
             Labels::default()
         })
     }

@@ -1,7 +1,7 @@
 //! `restore` and `diff`: the settings of a file and the settings of the sensor.
 
 use crate::backup::Backup;
-use crate::error::Error;
+use crate::error::{Error, FileError, NumberError, SensorError};
 use crate::identify::Found;
 use crate::master::Storing;
 use crate::ops::set::{constrain, later, write};
@@ -57,11 +57,8 @@ fn take_resolution(session: &mut Session, backup: &mut Backup) -> Result<(), Err
     };
     let entry = session.entry(resolution.parameter)?;
     let text = entry.text(session.read(&entry)?);
-    backup.set(&entry.name, &text).map_err(|why| {
-        let message =
-            format!("with the resolution of the sensor, {text}: {why}; nothing was written");
-        Error::usage("out-of-range", message)
-    })
+    let set = backup.set(&entry.name, &text);
+    set.map_err(|why| NumberError::Resolution(text, Box::new(why)).into())
 }
 
 /// The settings of a file of this product, with the default identifiers of the node-ID that the sensor has now. A file without resolution
@@ -72,11 +69,7 @@ fn read(session: &mut Session, path: &Path) -> Result<Backup, Error> {
     let mut backup = Backup::read_with(path, foreign)?;
     let (own, wanted) = (session.sheet.product, backup.sheet.product);
     if own.name != wanted.name {
-        let message = format!(
-            "the file belongs to {}, but the sensor is {}: nothing has changed. Take a file of this sensor, or choose another sensor; `plumbline scan` shows them",
-            wanted.name, own.name
-        );
-        return Err(Error::usage("wrong-file", message));
+        return Err(FileError::OtherProduct(wanted.name, own.name).into());
     }
     if let Some(node) = session.target.node_id() {
         backup.number_for(node);
@@ -134,13 +127,11 @@ pub(super) fn diff(
     show(&differences, terminal)?;
     terminal.document(&document(&differences))?;
     match differences.len() {
-        count @ 1.. if exit_code => {
-            let message = format!(
-                "{count} settings of the sensor differ from {}",
-                path.display()
-            );
-            Err(Error::refused("different", message).after_document())
-        }
+        count @ 1.. if exit_code => Err(Error::from(SensorError::Different(
+            count,
+            path.display().to_string(),
+        ))
+        .after_document()),
         _ => Ok(()),
     }
 }

@@ -3,7 +3,7 @@
 use crate::adapter::{Adapter, Mode};
 use crate::connect;
 use crate::cyclic::Cyclic;
-use crate::error::Error;
+use crate::error::{AdapterError, Error, FileError, RequestError, Silence};
 use crate::link::Link;
 use crate::ops::set;
 use crate::output::{Terminal, closed};
@@ -40,10 +40,7 @@ pub(super) fn checked(seconds: Option<f64>) -> Result<Option<Duration>, Error> {
             let ticks = (seconds * 1e6) as u64;
             Ok(Some(Duration::from_ticks(ticks)))
         }
-        Some(_) => Err(Error::usage(
-            "bad-value",
-            "--seconds is a time of 0 to 1000000000 s",
-        )),
+        Some(_) => Err(RequestError::Seconds.into()),
     }
 }
 
@@ -93,8 +90,7 @@ pub(super) fn sampler(session: &mut Session, names: &[String]) -> Result<Sampler
         .iter()
         .find(|entry| !entry.readable || entry.data_type == DataType::Text)
     {
-        let message = format!("{} is not a readable number", entry.name);
-        return Err(Error::usage("bad-value", message));
+        return Err(RequestError::NotReadable(entry.name.clone()).into());
     }
     Sampler::of(session, entries)
 }
@@ -121,10 +117,7 @@ pub(super) fn samples(
         }
     }
     if sampler.printed == 0 && sampler.lost > 0 {
-        return Err(Error::silent(
-            "no-answer",
-            "the sensor has not answered any request: check power and wiring",
-        ));
+        return Err(Silence::AnyRequest.into());
     }
     Ok(sampler)
 }
@@ -155,7 +148,7 @@ fn polled(
                 terminal.note(format!("the sensor has not answered for 1 s: {cause}. The command continues; Ctrl-C ends it"));
             }
             Ok(None) => {}
-            Err(failure) if failure.code == "stopped" => break,
+            Err(failure) if failure.is_stopped() => break,
             Err(failure) => return Err(failure),
         }
         let is_over = |session: &Session| end.is_some_and(|end| session.link.now() >= end);
@@ -233,18 +226,11 @@ pub(super) fn summarize(
     if silence < SILENT {
         return Ok(());
     }
-    let message = format!(
-        "the sensor has not answered for the last {} s: check power and wiring, then repeat the command",
-        silence.to_secs()
-    );
-    Err(Error::silent("no-answer", message))
+    Err(Silence::Seconds(silence.to_secs()).into())
 }
 
 pub(super) fn unwritten(path: &Path, error: &io::Error) -> Error {
-    Error::bus(
-        "no-file",
-        format!("cannot write {} ({error})", path.display()),
-    )
+    FileError::OutputUnwritten(path.display().to_string(), error.to_string()).into()
 }
 
 /// Writes all frames on the bus; only listens.
@@ -260,11 +246,7 @@ pub(super) fn log(
         None if link.adapter().capabilities().needs_rate => {
             let heard = connect::traffic(&mut link, terminal);
             let heard = heard.map_err(|failure| only_listens(&mut link, failure))?;
-            let heard = heard.ok_or_else(|| {
-                let message =
-                    "there is no traffic, so the bit rate is unknown: give it with --rate";
-                Error::silent("no-answer", message)
-            })?;
+            let heard = heard.ok_or(Silence::Traffic)?;
             heard.rate
         }
         rate => rate,
@@ -322,11 +304,8 @@ pub(super) fn log(
 /// The next step if an adapter cannot listen. An interface of Linux says itself what to type.
 fn only_listens(link: &mut Link, failure: Error) -> Error {
     let sets_rate = link.adapter().capabilities().sets_rate;
-    match failure.code {
-        "no-listen-only" if sets_rate => Error::bus(
-            "no-listen-only",
-            "the adapter has no listen-only mode, but `log` only listens: use another adapter",
-        ),
-        _ => failure,
+    match failure.lacks_listen_only() && sets_rate {
+        true => AdapterError::LogListens.into(),
+        false => failure,
     }
 }

@@ -1,7 +1,7 @@
 //! Which product a sensor is. If the article and the software version of the sensor leave a doubt, the tool asks.
 
 use super::Wanted;
-use crate::error::Error;
+use crate::error::{Error, RequestError, SensorError};
 use crate::identify::Found;
 use crate::master::Protocol;
 use crate::output::Terminal;
@@ -34,13 +34,10 @@ fn permitted(found: &Found, wanted: &Product) -> Result<(), Error> {
     if found.target.protocol().is_of(wanted) {
         return Ok(());
     }
-    let message = format!(
-        "{} speaks {}, but the sensor speaks {}: give another --product",
-        wanted.name,
-        Protocol::of(wanted).name,
-        found.protocol()
-    );
-    Err(Error::usage("wrong-product", message))
+    Err(
+        RequestError::ProductProtocol(wanted.name, Protocol::of(wanted).name, found.protocol())
+            .into(),
+    )
 }
 
 /// Asks about a product that does not fit the sensor.
@@ -63,10 +60,7 @@ fn confirmed(
     if terminal.ask(&question)? {
         return Ok(());
     }
-    let message = format!(
-        "the sensor says that it is {own}, not {name}: leave out --product, or use --yes for the tables of {name}"
-    );
-    Err(Error::usage("wrong-product", message))
+    Err(RequestError::OtherProduct(own, name).into())
 }
 
 /// The product that the sensor tells. If several fit, the user is asked about each one; `--yes` does not answer that.
@@ -74,19 +68,8 @@ fn told(found: &Found, terminal: &mut Terminal) -> Result<&'static Product, Erro
     let (article, names) = (article(found), names(found));
     match &found.products[..] {
         [only] => Ok(only),
-        [] if found.is_owned => Err(Error::refused(
-            "owned",
-            format!(
-                "another master owns the sensor with {}, so the product is unknown: stop that master, or listen with --cyclic --product NAME",
-                found.target.named()
-            ),
-        )),
-        [] => Err(Error::usage(
-            "unknown-product",
-            format!(
-                "the article {article} is not in the catalogue: say what it is like with --product NAME, or give its data sheet with --eds FILE"
-            ),
-        )),
+        [] if found.is_owned => Err(SensorError::OwnedUnknown(found.target.named()).into()),
+        [] => Err(RequestError::UnknownArticle(article.to_owned()).into()),
         several => {
             // Who answers all questions with yes is not asked.
             let is_asked = !terminal.yes.contains(&Name::All);
@@ -100,10 +83,7 @@ fn told(found: &Found, terminal: &mut Terminal) -> Result<&'static Product, Erro
                     return Ok(product);
                 }
             }
-            let message = format!(
-                "the article {article} fits several products ({names}): choose one with --product NAME"
-            );
-            Err(Error::usage("ambiguous-product", message))
+            Err(RequestError::Several(article.to_owned(), names).into())
         }
     }
 }

@@ -2,6 +2,7 @@
 
 use super::ini::{Section, number, sections};
 use super::{Draft, MOST, NO_ARTICLE, NO_PARAMETER, Parts, entry, shown, too_many};
+use crate::error::Fault;
 use crate::sheet::rows::{Row, group_of};
 use crate::sheet::{Address, Entry, Form};
 use plumbline::canopen::LedTable;
@@ -46,7 +47,7 @@ const fn service(index: u16, service: Service) -> Object {
 }
 
 /// The parts of the sheet.
-pub(super) fn parts(text: &str) -> Result<Parts, String> {
+pub(super) fn parts(text: &str) -> Result<Parts, Fault> {
     let (sections, ignored) = sections(text)?;
     let none = Section::default();
     let info = sections.get("deviceinfo").unwrap_or(&none);

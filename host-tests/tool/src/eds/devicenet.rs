@@ -8,6 +8,7 @@
 
 use super::ini::number;
 use super::{Draft, MOST, NO_ARTICLE, NO_PARAMETER, Owner, Parts, SHOWN, entry, shown, too_many};
+use crate::error::Fault;
 use crate::number::Scale;
 use crate::sheet::rows::Row;
 use crate::sheet::{Address, Entry};
@@ -40,7 +41,7 @@ pub(super) fn is_devicenet(text: &str) -> bool {
 }
 
 /// The parts of the sheet.
-pub(super) fn parts(text: &str) -> Result<Parts, String> {
+pub(super) fn parts(text: &str) -> Result<Parts, Fault> {
     let (fields, ignored) = fields(text)?;
     let device = |key: &str| {
         let fields = fields.get(&("device".to_owned(), key.to_owned()))?;
@@ -88,7 +89,7 @@ pub(super) fn parts(text: &str) -> Result<Parts, String> {
 ///
 /// # Errors
 /// One sentence with the line that cannot be read. A missing semicolon would give the next entry to the one before.
-pub(super) fn fields(text: &str) -> Result<(Fields, Vec<usize>), String> {
+pub(super) fn fields(text: &str) -> Result<(Fields, Vec<usize>), Fault> {
     let mut all = Fields::new();
     let mut ignored = Vec::new();
     let (mut section, mut key) = (String::new(), None);
@@ -101,10 +102,10 @@ pub(super) fn fields(text: &str) -> Result<(Fields, Vec<usize>), String> {
     while let Some((place, letter)) = letters.next() {
         if letter == '\n' {
             if is_quoted {
-                return Err(format!("line {line} has an open quotation mark"));
+                return Err(Fault::OpenQuote(line));
             }
             if is_name {
-                return Err(format!("line {line} has an open bracket"));
+                return Err(Fault::OpenBracket(line));
             }
             if key.is_none() && !field.is_empty() {
                 ignored.push(line);
@@ -133,9 +134,7 @@ pub(super) fn fields(text: &str) -> Result<(Fields, Vec<usize>), String> {
             _ if is_quoted => field.push(letter),
             '=' | '[' if key.is_some() => {
                 let line = before.max(begin);
-                return Err(format!(
-                    "line {line} has no semicolon at the end of an entry"
-                ));
+                return Err(Fault::NoSemicolon(line));
             }
             '[' => {
                 field.clear();
@@ -154,7 +153,7 @@ pub(super) fn fields(text: &str) -> Result<(Fields, Vec<usize>), String> {
                 done.push(std::mem::take(&mut field).trim().to_owned());
                 let value = std::mem::take(&mut done);
                 let own = key.take().filter(|key: &String| !key.is_empty());
-                let own = own.ok_or_else(|| format!("line {line} is no entry of an EDS"))?;
+                let own = own.ok_or(Fault::NoEntryLine(line))?;
                 all.insert((section.clone(), own), value);
             }
             // Two texts without a comma between them are one.
@@ -162,7 +161,7 @@ pub(super) fn fields(text: &str) -> Result<(Fields, Vec<usize>), String> {
         }
     }
     match key {
-        Some(key) => Err(format!("line {last}: the entry {} has no end", shown(&key))),
+        Some(key) => Err(Fault::NoEnd(last, shown(&key))),
         None => Ok((all, ignored)),
     }
 }

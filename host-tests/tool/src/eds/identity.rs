@@ -1,6 +1,7 @@
 //! The identity of a device in its data sheet (EDS), or in a configuration file (DCF), which also has the serial number.
 
 use super::{devicenet, ini, text_of};
+use crate::error::Fault;
 use descriptors::unit::{Sheet, Value};
 use plumbline::model::catalog::{Product, Protocol};
 
@@ -18,30 +19,24 @@ pub fn text(bytes: &[u8]) -> String {
 ///
 /// # Errors
 /// One sentence: it cannot be read, is of another protocol, or has no identity.
-pub fn sheet(text: &str, product: &Product) -> Result<Sheet, String> {
+pub fn sheet(text: &str, product: &Product) -> Result<Sheet, Fault> {
     let is_devicenet = devicenet::is_devicenet(text);
     let name = product.name;
     let values = match (&product.protocol, is_devicenet) {
         (Protocol::Canopen(_), false) => canopen(text)?,
         (Protocol::Devicenet(_), true) => devicenet_values(text)?,
         (Protocol::Fsc(_) | Protocol::J1939(_), _) => {
-            return Err(format!(
-                "{name} has no data sheet: give a sheet of values with article, revision or serial"
-            ));
+            return Err(Fault::NoDataSheet(name));
         }
         (_, true) => {
-            return Err(format!(
-                "it is of a DeviceNet device, but {name} speaks CANopen"
-            ));
+            return Err(Fault::OfDevicenet(name));
         }
         (_, false) => {
-            return Err(format!(
-                "it is of a CANopen device, but {name} speaks DeviceNet"
-            ));
+            return Err(Fault::OfCanopen(name));
         }
     };
     if values.is_empty() {
-        return Err("it has no identity".to_owned());
+        return Err(Fault::NoIdentity);
     }
     Ok(Sheet {
         product: None,
@@ -49,13 +44,13 @@ pub fn sheet(text: &str, product: &Product) -> Result<Sheet, String> {
     })
 }
 
-fn canopen(text: &str) -> Result<Vec<(&'static str, Value)>, String> {
+fn canopen(text: &str) -> Result<Vec<(&'static str, Value)>, Fault> {
     let (sections, _) = ini::sections(text)?;
     let entry = |section: &str, key: &str| sections.get(section)?.get(key);
-    let number = |section: &str, key: &str| {
+    let number = |section: &'static str, key: &'static str| {
         entry(section, key).map(|text| {
             let number = ini::number(text).map(Value::Number);
-            number.ok_or_else(|| format!("{key} = {text} in [{section}] is no number"))
+            number.ok_or_else(|| Fault::NoNumberIn(key, text.to_owned(), section))
         })
     };
     let mut values = Vec::new();
@@ -91,7 +86,7 @@ fn canopen(text: &str) -> Result<Vec<(&'static str, Value)>, String> {
     Ok(values)
 }
 
-fn devicenet_values(text: &str) -> Result<Vec<(&'static str, Value)>, String> {
+fn devicenet_values(text: &str) -> Result<Vec<(&'static str, Value)>, Fault> {
     let (fields, _) = devicenet::fields(text)?;
     let entry = |key: &str| {
         let fields = fields.get(&("device".to_owned(), key.to_owned()))?;
@@ -105,7 +100,7 @@ fn devicenet_values(text: &str) -> Result<Vec<(&'static str, Value)>, String> {
     ] {
         if let Some(text) = entry(own) {
             let number = ini::number(text);
-            let number = number.ok_or_else(|| format!("{own} = {text} is no number"))?;
+            let number = number.ok_or_else(|| Fault::NoNumber(own, text.clone()))?;
             values.push((key, Value::Number(number)));
         }
     }

@@ -1,6 +1,7 @@
 //! The sections of a CANopen data sheet, with names in small letters, because they are compared without capitals.
 
 use super::{MOST, too_many};
+use crate::error::Fault;
 use std::collections::HashMap;
 
 /// The longest line in bytes. One of CiA 306 has 255.
@@ -35,9 +36,9 @@ pub type Sections = HashMap<String, Section>;
 ///
 /// # Errors
 /// One sentence with the line that cannot be read. The keys behind a damaged name of a section would belong to the section before.
-pub fn sections(text: &str) -> Result<(Sections, Vec<usize>), String> {
+pub fn sections(text: &str) -> Result<(Sections, Vec<usize>), Fault> {
     if let Some(place) = text.lines().position(|line| line.len() > LONGEST) {
-        return Err(format!("line {} is too long", place + 1));
+        return Err(Fault::LongLine(place + 1));
     }
     let is_section = |line: &&str| line.trim_start().starts_with('[');
     if text.lines().filter(is_section).count() > MOST_SECTIONS {
@@ -49,7 +50,7 @@ pub fn sections(text: &str) -> Result<(Sections, Vec<usize>), String> {
     let mut current = String::new();
     for (place, line) in text.lines().enumerate() {
         let line = line.trim();
-        let damaged = || format!("line {} is not a valid line of an EDS", place + 1);
+        let damaged = || Fault::BadLine(place + 1);
         if line.is_empty() || line.starts_with([';', '#']) {
         } else if let Some(rest) = line.strip_prefix('[') {
             let name = rest.split_once(']').map(|(name, _)| name);

@@ -14,9 +14,9 @@ pub mod identity;
 mod ini;
 
 use crate::backup::{Unread, read_file};
-use crate::error::Error;
+use crate::error::{Error, Fault, FileError, RequestError};
 use crate::output::Terminal;
-use crate::question::{Doubt, Question};
+use crate::question::{Doubt, Doubts, Question};
 use crate::session::Session;
 use crate::sheet::rows::{Row, fact, named};
 use crate::sheet::{Address, Entry, Origin, Sheet, kebab};
@@ -110,35 +110,25 @@ impl Owner {
 /// # Errors
 /// The file cannot be read, or is not a data sheet with parameters.
 pub fn read(path: &Path) -> Result<Sheet, Error> {
-    let shown = path.display();
-    let unreadable = |error: std::io::Error| {
-        let message = format!(
-            "cannot read {shown} ({error}): --eds takes the EDS file of the maker of the device"
-        );
-        Error::bus("no-file", message)
-    };
-    let bad = |why: &str| {
-        let message = format!("{shown} is not a data sheet (EDS): {why}; nothing was written");
-        Error::usage("bad-file", message)
-    };
+    let shown = || path.display().to_string();
     let bytes = read_file(path, LONGEST).map_err(|unread| match unread {
-        Unread::Failed(error) => unreadable(error),
-        Unread::Unfit(why) => bad(why),
+        Unread::Failed(error) => FileError::EdsUnread(shown(), error.to_string()),
+        Unread::Unfit(why) => FileError::Eds(shown(), why.into()),
     })?;
-    parse(&bytes).map_err(|why| bad(&why))
+    parse(&bytes).map_err(|why| FileError::Eds(shown(), why).into())
 }
 
 /// The sheet of a file, in UTF-8, UTF-16 or Latin-1. The same bytes give the same product.
 ///
 /// # Errors
 /// One sentence: why it is none, or that the process has read too many different ones.
-pub fn parse(bytes: &[u8]) -> Result<Sheet, String> {
+pub fn parse(bytes: &[u8]) -> Result<Sheet, Fault> {
     let mut kept = KEPT.lock().unwrap_or_else(PoisonError::into_inner);
     parse_among(&mut kept, bytes)
 }
 
 /// The same with the sheets that are kept already.
-fn parse_among(kept: &mut Vec<Sheet>, bytes: &[u8]) -> Result<Sheet, String> {
+fn parse_among(kept: &mut Vec<Sheet>, bytes: &[u8]) -> Result<Sheet, Fault> {
     let text = text_of(bytes);
     let is_same = |sheet: &&Sheet| {
         let own = sheet.data_sheet.as_ref();
@@ -149,9 +139,7 @@ fn parse_among(kept: &mut Vec<Sheet>, bytes: &[u8]) -> Result<Sheet, String> {
     }
     let parts = parts(&text)?;
     if kept.len() >= MOST_FILES {
-        return Err(format!(
-            "this program has read {MOST_FILES} different data sheets, which is the maximum: start it again"
-        ));
+        return Err(Fault::TooManyFiles(MOST_FILES));
     }
     let sheet = sheet(text, parts);
     kept.push(sheet.clone());
@@ -164,13 +152,13 @@ fn text_of(bytes: &[u8]) -> String {
 }
 
 /// The parts of a file with entries.
-fn parts(text: &str) -> Result<Parts, String> {
+fn parts(text: &str) -> Result<Parts, Fault> {
     let parts = match devicenet::is_devicenet(text) {
         true => devicenet::parts(text)?,
         false => canopen::parts(text)?,
     };
     match parts.rows.len() {
-        0 => Err("it has no entry that can be read or written".to_owned()),
+        0 => Err(Fault::NoEntry),
         count if count > MOST => Err(too_many()),
         _ => Ok(parts),
     }
@@ -221,8 +209,8 @@ pub(crate) fn shown(text: &str) -> String {
     printable.take(SHOWN).collect()
 }
 
-fn too_many() -> String {
-    format!("it has more than {MOST} entries")
+fn too_many() -> Fault {
+    Fault::TooMany(MOST)
 }
 
 /// Gives every entry a unique name. Returns the number of names that were tried in addition to the names of the file: at most two for each
@@ -327,7 +315,7 @@ pub fn check(session: &mut Session, terminal: &mut Terminal) -> Result<(), Error
         };
         let own = match session.read(&entry) {
             // A device does not need to have it.
-            Err(failure) if failure.code == "refused" => None,
+            Err(Error::Refused(_)) => None,
             own => match own? {
                 own if own == wanted => continue,
                 own => Some(format!("{own:X}h")),
@@ -339,12 +327,11 @@ pub fn check(session: &mut Session, terminal: &mut Terminal) -> Result<(), Error
             own,
         });
     }
-    let text = Doubt::all(&doubts);
+    let told = Doubts(doubts.clone());
     if doubts.is_empty() || terminal.ask(&Question::DataSheet { doubts })? {
         return Ok(());
     }
-    let message = format!("the data sheet {text}: give the right file, or --yes");
-    Err(Error::usage("wrong-product", message))
+    Err(RequestError::DataSheet(told).into())
 }
 
 /// Vendor and product code of a device: object 1018h, or attributes of the identity object.

@@ -1,5 +1,6 @@
 //! What a sensor has told about itself.
 
+use crate::error::RequestError;
 use crate::master::Target;
 use plumbline::can::BitRate;
 use plumbline::model::catalog::Product;
@@ -128,17 +129,11 @@ impl Found {
     }
 
     /// That several sensors have answered, for people; None: only one has.
-    pub fn twins(&self) -> Option<String> {
+    pub fn twins(&self) -> RequestError {
         let all = self.serial.iter().chain(&self.twins);
         let all: Vec<String> = all.map(u32::to_string).collect();
-        (!self.twins.is_empty()).then(|| {
-            format!(
-                "{} sensors answer at {}, with the serial numbers {}: connect one of them alone and give it other identifiers (set-id, reply-id)",
-                all.len(),
-                self.target.named(),
-                all.join(" and ")
-            )
-        })
+        let (count, address) = (all.len(), self.target.named());
+        RequestError::Twins(count, address, all.join(" and "))
     }
 
     /// The only product that it can be.

@@ -74,7 +74,7 @@ impl Adapter for Scripted {
         // A frame counts as received now, though it came earlier.
         let now = Instant::from_ticks(script.now + 1);
         if std::mem::take(&mut script.is_refused) {
-            return Err(Error::bus("frame-refused", "the adapter refused a frame"));
+            return Err(AdapterError::FrameRefused("the adapter".to_owned()).into());
         }
         if let Some(frame) = script.received.pop_front() {
             script.kept = 0;
@@ -272,11 +272,11 @@ fn heartbeat_time_of_a_node_is_put_back_if_an_answer_is_lost() {
     let mut link = crate::link::tests::link(&adapter);
     adapter.0.borrow_mut().replies = begin().into();
     let failure = nmt::state(&mut link, 10).unwrap_err();
-    assert_eq!(failure.code, "not-put-back");
+    assert_eq!(failure.code(), "not-put-back");
     assert!(
-        failure.message.contains("write 0 ms to 1017h"),
+        failure.to_string().contains("write 0 ms to 1017h"),
         "{}",
-        failure.message
+        failure.to_string()
     );
 }
 
@@ -295,7 +295,7 @@ fn zero_point_is_set_once_though_its_reply_is_lost() {
     };
     fsc::earlier(&mut link, sensor, tables).expect("a status");
     let failure = fsc::command(&mut link, sensor, tables, 0x28, &[], fsc::WRITTEN).unwrap_err();
-    assert_eq!(failure.code, "no-answer");
+    assert_eq!(failure.code(), "no-answer");
     let script = adapter.0.borrow();
     let sent: Vec<&[u8]> = script.sent.iter().map(Frame::bytes).collect();
     assert_eq!(sent, [&[0x02][..], &[0x28]]);
@@ -321,5 +321,5 @@ fn adapter_with_few_buffers_continues_without_answers() {
         assert_eq!(asked.iter().position(Option::is_some), Some(99), "{places}");
     }
     // It takes no frame at all.
-    assert_eq!(ask(0, false).unwrap_err().code, "frame-refused");
+    assert_eq!(ask(0, false).unwrap_err().code(), "frame-refused");
 }

@@ -7,7 +7,6 @@ pub mod devicenet;
 pub mod fsc;
 pub mod j1939;
 mod options;
-pub(crate) mod refusal;
 mod roles;
 
 pub use canopen::Node;
@@ -16,7 +15,7 @@ pub use options::Addresses;
 pub use roles::{Codes, Roles, Storing, factory_rate, factory_target, factory_targets};
 
 use crate::cyclic::{Source, Started};
-use crate::error::Error;
+use crate::error::{Error, RequestError};
 use crate::identify::Found;
 use crate::link::Link;
 use crate::master::devicenet::explicit::Slave;
@@ -48,8 +47,8 @@ pub struct Protocol {
     pub kind: &'static str,
     /// The numbers that are addresses.
     pub range: RangeInclusive<u8>,
-    /// What a product without such an address lacks, after its name.
-    pub lacks: &'static str,
+    /// The error of a product without such an address, with the commands that can be meant.
+    pub lacks: fn(&'static str, String) -> RequestError,
     /// The command that changes the address.
     pub command: Option<&'static str>,
     /// The sensor at the address of this option.
@@ -84,11 +83,6 @@ impl Protocol {
         let mut all = PROTOCOLS.into_iter();
         let own = all.find(|protocol| protocol.is_of(product));
         own.unwrap_or(PROTOCOLS[0])
-    }
-
-    /// The numbers that are addresses, for people.
-    pub fn numbers(&self) -> String {
-        format!("{} to {}", self.range.start(), self.range.end())
     }
 
     /// Whether a product can have this protocol.
@@ -342,15 +336,9 @@ fn is_there(
 /// The address of an option of the command line, which is a number.
 fn number(protocol: &Protocol, text: &str) -> Result<u8, Error> {
     let number = text.parse().ok();
-    number
-        .filter(|number| protocol.range.contains(number))
-        .ok_or_else(|| {
-            let message = format!(
-                "{} {text}: a {} is {}; `plumbline scan` shows the addresses of the sensors on the bus",
-                protocol.option,
-                protocol.kind,
-                protocol.numbers()
-            );
-            Error::usage("out-of-range", message)
-        })
+    let number = number.filter(|number| protocol.range.contains(number));
+    let (low, high) = protocol.range.clone().into_inner();
+    let wrong =
+        || RequestError::AddressRange(protocol.option, text.to_owned(), protocol.kind, low, high);
+    Ok(number.ok_or_else(wrong)?)
 }

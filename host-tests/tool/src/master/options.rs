@@ -1,7 +1,7 @@
 //! The options of the command line with the address of a sensor, one for each protocol.
 
 use super::{PROTOCOLS, Protocol, Target};
-use crate::error::Error;
+use crate::error::{Error, RequestError};
 use clap::{Arg, ArgMatches, Args, Command, FromArgMatches};
 
 /// The addresses in the options, each with its protocol.
@@ -28,10 +28,7 @@ impl Addresses {
         match &self.0[..] {
             [] => Ok(None),
             [(protocol, address)] => (protocol.target)(address).map(Some),
-            _ => Err(Error::usage(
-                "too-many-addresses",
-                "give one of --id (GEMAC), --node (CANopen), --mac (DeviceNet) and --address (J1939)",
-            )),
+            _ => Err(RequestError::TooManyAddresses.into()),
         }
     }
 }

@@ -1,6 +1,6 @@
 //! The scale of a number: multiplier, decimals and unit.
 
-use super::Wrong;
+use crate::error::NumberError;
 
 /// The scale of a number: value = number x multiplier / 10^decimals, in the unit.
 #[derive(Clone, PartialEq, Eq, Debug)]
@@ -90,19 +90,19 @@ impl Scale {
         &self,
         (mantissa, exponent): (i128, u8),
         unit: &str,
-    ) -> Result<i64, Wrong> {
+    ) -> Result<i64, NumberError> {
         let (factor, divisor, power) = match unit {
             "" => (1, 1, 0),
-            unit => conversion(unit, self.unit).ok_or_else(|| match self.unit {
-                "" => Wrong::value("it has no unit"),
-                own => Wrong::value(format!("its unit is {own}")),
+            unit => conversion(unit, self.unit).ok_or(match self.unit {
+                "" => NumberError::NoUnit,
+                own => NumberError::Unit(own),
             })?,
         };
         // mantissa / 10^exponent x factor / divisor x 10^power = number x multiplier / 10^decimals
         let shift = i32::from(self.decimals) - i32::from(exponent) + power;
         let tens = 10_i128
             .checked_pow(shift.unsigned_abs())
-            .ok_or_else(Wrong::too_large)?;
+            .ok_or(NumberError::TooLarge)?;
         let over = mantissa.checked_mul(factor);
         let under = i128::from(self.multiplier).checked_mul(divisor);
         let (over, under) = if shift < 0 {
@@ -111,13 +111,12 @@ impl Scale {
             (over.and_then(|over| over.checked_mul(tens)), under)
         };
         let (Some(over), Some(under)) = (over, under) else {
-            return Err(Wrong::too_large());
+            return Err(NumberError::TooLarge);
         };
         if over % under != 0 {
-            let step = format!("its step is {}", self.with_unit(1));
-            return Err(Wrong::value(step));
+            return Err(NumberError::Step(self.with_unit(1)));
         }
-        i64::try_from(over / under).map_err(|_| Wrong::too_large())
+        i64::try_from(over / under).map_err(|_| NumberError::TooLarge)
     }
 }
 

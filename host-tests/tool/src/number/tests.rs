@@ -17,7 +17,7 @@ fn unit_with_number_scales_values() {
     assert_eq!(scale("", 0).with_unit(-9), "-9");
 }
 
-fn parse(product: &str, name: &str, text: &str) -> Result<u32, Wrong> {
+fn parse(product: &str, name: &str, text: &str) -> Result<u32, NumberError> {
     let sheet = Sheet::of(find(product).unwrap());
     let entry = sheet
         .entries
@@ -87,7 +87,7 @@ fn value_that_is_not_exact_or_no_number_is_refused() {
     assert!(
         parse("is2", "zero-x", "1.255deg")
             .unwrap_err()
-            .why
+            .to_string()
             .contains("0.01 deg")
     );
 }
@@ -177,7 +177,7 @@ fn number_that_is_another_name_is_ambiguous() {
     assert!(
         parse("is2", "baud-rate", "10")
             .unwrap_err()
-            .why
+            .to_string()
             .contains("raw:10")
     );
     assert_eq!(parse("is2", "baud-rate", "10 kbit/s"), Ok(1));
@@ -185,7 +185,7 @@ fn number_that_is_another_name_is_ambiguous() {
     assert!(
         parse("is2", "filter-type", "x")
             .unwrap_err()
-            .why
+            .to_string()
             .contains("Butterworth")
     );
 }

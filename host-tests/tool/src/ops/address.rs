@@ -2,7 +2,7 @@
 
 use super::Report;
 use super::set::write;
-use crate::error::Error;
+use crate::error::{Error, NumberError, SensorError, Silence};
 use crate::identify;
 use crate::master::{PROTOCOLS, Protocol, Roles, Target};
 use crate::plan::Values;
@@ -27,12 +27,12 @@ pub(super) fn change(
     let kind = protocol.kind;
     let permitted = match protocol.range.contains(&new) {
         true => entry.check(new.into(), &entry.scale),
-        false => Err(format!(
-            "{new} is no {kind}: choose one from {}",
-            protocol.numbers()
-        )),
+        false => {
+            let (low, high) = protocol.range.clone().into_inner();
+            Err(NumberError::NoAddress(new, kind, low, high))
+        }
     };
-    permitted.map_err(|why| Error::usage("out-of-range", why))?;
+    permitted?;
     let target = (roles.target)(new.into())?;
     if target == old {
         return Ok(Report::done(format!("the {kind} is {new} already")));
@@ -54,13 +54,7 @@ pub(crate) fn not_here(session: &Session, protocol: &Protocol) -> Error {
     let others = PROTOCOLS.iter().filter(|other| **other != protocol);
     let others = others.filter_map(|other| other.command);
     let others: Vec<String> = others.map(|name| format!("`plumbline {name}`")).collect();
-    let message = format!(
-        "{} {}: use `plumbline set`, {}",
-        session.sheet.product.name,
-        protocol.lacks,
-        others.join(" or ")
-    );
-    Error::usage("not-offered", message)
+    (protocol.lacks)(session.sheet.product.name, others.join(" or ")).into()
 }
 
 /// The address that the sensor has as soon as this is written.
@@ -92,13 +86,7 @@ pub(crate) fn free(session: &mut Session, target: Target) -> Result<(), Error> {
     let is_used = target.is_used(&mut session.link)?;
     match is_used {
         false => Ok(()),
-        true => Err(Error::refused(
-            "address-in-use",
-            format!(
-                "the {} is in use: nothing has changed. Choose another one; `plumbline scan --active` shows the devices on the bus",
-                target.named()
-            ),
-        )),
+        true => Err(SensorError::AddressInUse(target.named()).into()),
     }
 }
 
@@ -122,15 +110,12 @@ pub(crate) fn arrive(session: &mut Session, target: Target) -> Result<(), Error>
             return Ok(());
         }
         if session.link.now() >= until {
-            return Err(missing(&target.named()));
+            return Err(missing(target));
         }
     }
 }
 
 /// The sensor was changed, but does not answer as it should now.
-pub(crate) fn missing(what: &str) -> Error {
-    let message = format!(
-        "the sensor does not answer at the {what}: switch it off and on, then `plumbline scan`"
-    );
-    Error::silent("no-answer", message)
+pub(crate) fn missing(target: Target) -> Error {
+    Silence::Moved(target.named()).into()
 }

@@ -3,7 +3,7 @@
 use super::get::show;
 use super::report::{Adjusted, Report, Values};
 use super::set::needs_save;
-use crate::error::{Error, Kind};
+use crate::error::{Error, Kind, RequestError, Why};
 use crate::identify::Found;
 use crate::output::Terminal;
 use crate::question::{Change, Question};
@@ -60,7 +60,7 @@ fn angles(session: &mut Session) -> Result<Values, Error> {
             continue;
         };
         match show(session, &entry) {
-            Err(failure) if failure.code == "refused" => {}
+            Err(Error::Refused(_)) => {}
             shown => angles.0.push(shown?),
         }
     }
@@ -90,10 +90,7 @@ pub(crate) fn confirm(
     };
     match terminal.ask(&question)? {
         true => Ok(()),
-        false => Err(Error::usage(
-            "not-confirmed",
-            format!("nothing has changed ({sensor}): --yes={name} answers the question"),
-        )),
+        false => Err(RequestError::NotConfirmed(sensor.to_string(), name.to_string()).into()),
     }
 }
 
@@ -151,13 +148,10 @@ pub(crate) fn adjust(
 
 /// The cause of a refusal.
 fn not_taken(failure: Error) -> Error {
-    if failure.kind != Kind::Refused {
-        return failure;
+    match failure.kind() {
+        Kind::Refused => failure.explained(Why::NotTaken),
+        _ => failure,
     }
-    let message = format!(
-        "the present position was not taken: the sensor has no valid angle now (its accelerometer clips, fails or gives no values), or it cannot use this position; {failure}"
-    );
-    Error { message, ..failure }
 }
 
 /// The adjustments of the wanted axis, or of all axes that the sensor has.
@@ -169,11 +163,7 @@ fn chosen(
 ) -> Result<Vec<&'static Adjustment>, Error> {
     let (product, what) = (session.sheet.product, what.name());
     if adjustments.is_empty() {
-        let message = format!(
-            "{} has no {what}: `plumbline parameters` lists what it has",
-            product.name
-        );
-        return Err(Error::usage("not-offered", message));
+        return Err(RequestError::NoCommand(product.name, what).into());
     }
     let mut chosen: Vec<&Adjustment> = Vec::new();
     for adjustment in adjustments {
@@ -193,12 +183,11 @@ fn chosen(
             .iter()
             .map(|adjustment| adjustment.axis)
             .collect();
-        let hint = match axes[..] {
-            [""] => format!("both axes together: `plumbline {what}`"),
-            _ => format!("the axes are {}", axes.join(", ")),
-        };
-        let message = format!("{} has no such axis: {hint}", product.name);
-        return Err(Error::usage("no-axis", message));
+        return Err(match axes[..] {
+            [""] => RequestError::OnlyTogether(product.name, what),
+            _ => RequestError::NoAxis(product.name, axes.join(", ")),
+        }
+        .into());
     }
     Ok(chosen)
 }

@@ -39,13 +39,13 @@ pub(super) fn load(
         session.link.leave_within(super::rate::SOON);
         if let Err(failure) = session.link.open(Some(rate), Mode::Active) {
             // The rate of an interface is not changed by this program. The message says what to type.
-            terminal.note(failure.message);
+            terminal.note(failure.to_string());
             terminal.note("then `plumbline save`, so that the sensor keeps the factory values");
             return Ok(Report::done("the sensor restarts with its factory values"));
         }
     }
     if !answers(session, target, found)? {
-        return Err(address::missing(&target.named()));
+        return Err(address::missing(target));
     }
     session.moved(target);
     session.save()?;

@@ -29,7 +29,7 @@ pub fn get(session: &mut Session, names: &[String]) -> Result<Values, Error> {
     for entry in entries {
         values.push(match show(session, &entry) {
             // A value that is not measured yet must not hide the others.
-            Err(failure) if names.is_empty() && failure.code == "refused" => Shown {
+            Err(failure @ Error::Refused(_)) if names.is_empty() => Shown {
                 text: format!("- ({failure})"),
                 json: Value::Null,
                 name: entry.name,

@@ -1,6 +1,6 @@
 //! The identity of a sensor: what it tells about itself.
 
-use crate::error::Error;
+use crate::error::{Error, RequestError, SensorError};
 use crate::output::Terminal;
 use crate::session::Session;
 use descriptors::unit::{self, Sheet, Value};
@@ -55,8 +55,7 @@ impl Told {
 pub fn told(session: &mut Session, terminal: &mut Terminal) -> Result<Told, Error> {
     let product = session.sheet.product;
     if session.sheet.data_sheet.is_some() {
-        let message = "an identity belongs to a product of the catalogue: give it with --product NAME, without --eds";
-        return Err(Error::usage("unknown-product", message));
+        return Err(RequestError::NotInCatalogue.into());
     }
     let mut sheet = Sheet::default();
     for value in values(session, product)? {
@@ -70,7 +69,7 @@ pub fn told(session: &mut Session, terminal: &mut Terminal) -> Result<Told, Erro
         }
     }
     let unit = sheet.unit(product);
-    let unit = unit.map_err(|why| Error::refused("unexpected-answer", why))?;
+    let unit = unit.map_err(SensorError::BadIdentity)?;
     Ok(Told { product, unit })
 }
 

@@ -1,10 +1,10 @@
 //! `rate`: another bit rate. The order is: check the adapter and the product, ask, write, store, restart, and ask the sensor at the new
 //! rate.
 
-use super::{Report, address, adjust, set};
+use super::{Report, adjust, set};
 use crate::adapter::Mode;
 use crate::cli::NewRate;
-use crate::error::Error;
+use crate::error::{Error, RequestError, SensorError, Silence, Why};
 use crate::identify::{self, Found};
 use crate::master::Target;
 use crate::master::{Codes, Storing};
@@ -51,7 +51,7 @@ pub(super) fn rate(
         && let Err(failure) = session.link.open(Some(rate), Mode::Active)
     {
         // The rate of an interface is not changed by this program. The message says what to type.
-        terminal.note(failure.message);
+        terminal.note(failure.to_string());
         return Ok(Report::done(format!("the sensor restarts with {new}")));
     }
     match answers(session, target, found)? {
@@ -66,14 +66,8 @@ pub(super) fn rate(
             // It has its old address too. The questions at the wrong rate disturb it for a while.
             let is_at_old = answers(session, session.target, found)?;
             Err(match (is_at_old, old) {
-                (true, Some(old)) => Error::refused(
-                    "not-restarted",
-                    format!(
-                        "{new} is stored, but the sensor still has {}: switch it off and on",
-                        old.name()
-                    ),
-                ),
-                _ => address::missing(&format!("bit rate {new}")),
+                (true, Some(old)) => SensorError::NotRestarted(new.to_string(), old.name()).into(),
+                _ => Silence::Rate(new.to_string()).into(),
             })
         }
     }
@@ -82,10 +76,7 @@ pub(super) fn rate(
 /// The parameter of the bit rate, and its raw numbers.
 fn codes(session: &Session) -> Result<(ParameterId, Codes), Error> {
     let rate = session.roles().and_then(|roles| roles.rate);
-    rate.ok_or_else(|| {
-        let message = "J1939 has no parameter with the bit rate";
-        Error::usage("not-offered", message)
-    })
+    Ok(rate.ok_or(RequestError::NoRateParameter)?)
 }
 
 /// The parameter of the bit rate, and its raw number for a rate.
@@ -102,12 +93,7 @@ fn code(session: &Session, new: NewRate) -> Result<(Entry, u32), Error> {
             .iter()
             .map(|(_, rate)| NewRate::from(*rate).to_string())
             .collect();
-        let message = format!(
-            "{} does not have {new}; it has {}",
-            product.name,
-            names.join(", ")
-        );
-        Error::usage("out-of-range", message)
+        RequestError::NoSuchRate(product.name, new.to_string(), names.join(", ")).into()
     })
 }
 
@@ -121,13 +107,7 @@ fn reachable(session: &mut Session, new: NewRate) -> Result<(), Error> {
     let opened = session.link.open(Some(rate), Mode::Listen);
     session.link.open(old, Mode::Active)?;
     match opened {
-        Err(failure) if failure.code == "rate-refused" => Err(Error::bus(
-            "rate-refused",
-            format!(
-                "{}; nothing has changed: choose a rate that the adapter has",
-                failure.message
-            ),
-        )),
+        Err(failure) if failure.is_rate_refused() => Err(failure.explained(Why::NotChanged)),
         // An adapter without listen-only mode is not tried.
         _ => Ok(()),
     }

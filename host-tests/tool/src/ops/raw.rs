@@ -1,7 +1,7 @@
 //! `raw`: one request of the protocol, as hexadecimal bytes.
 
 use super::Report;
-use crate::error::Error;
+use crate::error::{Error, RequestError};
 use crate::link::Link;
 use crate::master::Target;
 
@@ -40,8 +40,5 @@ pub(crate) fn bytes(text: &str) -> Result<Vec<u8>, Error> {
 
 /// The request is not valid.
 pub(crate) fn bad(request: &str) -> Error {
-    let message = format!(
-        "{request:?} is not a valid request: use bytes like 0300 (GEMAC), INDEX:SUB like 1018:1 or 6000:0=0A00 (CANopen), 0E650172 (DeviceNet), FEEB (J1939)"
-    );
-    Error::usage("bad-request", message)
+    RequestError::BadRequest(request.to_owned()).into()
 }

@@ -1,7 +1,7 @@
 //! The operations on a sensor, as the command line and the page ask for them.
 
 use crate::cli::{Axis, NewRate, new_rate};
-use crate::error::Error;
+use crate::error::{Error, RequestError};
 use crate::known::{assignments, known, new_rates, parameters, text};
 use clap::Subcommand;
 use serde::{Deserialize, Deserializer};
@@ -118,10 +118,7 @@ impl Request {
             | Self::Mac { .. }
             | Self::Rate { .. }
             | Self::Zero { .. }
-            | Self::Teach { .. } => {
-                let message = "a data sheet does not describe this command: use `plumbline set` with the names that `plumbline parameters` lists";
-                Err(Error::usage("not-offered", message))
-            }
+            | Self::Teach { .. } => Err(RequestError::NotDescribed.into()),
             _ => Ok(()),
         }
     }

@@ -3,7 +3,7 @@
 use super::address;
 use super::get::show;
 use super::report::{Report, Values as Read};
-use crate::error::Error;
+use crate::error::{Error, NumberError, RequestError, SensorError};
 use crate::master::{Roles, Storing};
 use crate::output::Terminal;
 use crate::plan;
@@ -39,11 +39,7 @@ pub(crate) fn set(
         if entry.data_type == DataType::Text {
             if text.len() > LONGEST_TEXT || !text.bytes().all(|byte| (b' '..=b'~').contains(&byte))
             {
-                let message = format!(
-                    "{}={text:?}: it takes up to {LONGEST_TEXT} letters, digits and signs",
-                    entry.name
-                );
-                return Err(Error::usage("bad-value", message));
+                return Err(NumberError::TooLong(entry.name.clone(), text, LONGEST_TEXT).into());
             }
             texts.push((entry.clone(), text));
             continue;
@@ -58,12 +54,8 @@ pub(crate) fn set(
         session.write_bytes(entry, text.as_bytes())?;
         let read = session.read_bytes(entry)?;
         if !is_text(&read, text) {
-            let message = format!(
-                "{} was written as {text}, but reads {:?}: repeat, or restart the sensor with `plumbline restart`",
-                entry.name,
-                String::from_utf8_lossy(&read)
-            );
-            return Err(Error::refused("not-written", message));
+            let read = format!("{:?}", String::from_utf8_lossy(&read));
+            return Err(SensorError::NotWritten(entry.name.clone(), text.clone(), read).into());
         }
     }
     let mut read = Read::default();
@@ -107,8 +99,7 @@ pub(crate) fn once_each<'a>(entries: impl Iterator<Item = &'a Entry>) -> Result<
     let mut seen: Vec<&str> = Vec::new();
     for entry in entries {
         if seen.contains(&entry.name.as_str()) {
-            let message = format!("{} is given twice: give it once", entry.name);
-            return Err(Error::usage("given-twice", message));
+            return Err(RequestError::GivenTwice(entry.name.clone()).into());
         }
         seen.push(&entry.name);
     }
@@ -142,8 +133,8 @@ pub(crate) fn constrain(session: &mut Session, values: &Checked) -> Result<(), E
         }
         let first = present(session, values, one)?;
         let second = present(session, values, other)?;
-        if let Some(message) = session.sheet.broken(constraint, first, second) {
-            return Err(Error::usage("out-of-range", message));
+        if let Some(wrong) = session.sheet.broken(constraint, first, second) {
+            return Err(wrong.into());
         }
     }
     Ok(())
@@ -188,13 +179,12 @@ pub(crate) fn read_back(session: &mut Session, values: &Checked) -> Result<(), E
         }
         let read = session.read(entry)?;
         if read != *raw {
-            let message = format!(
-                "{} was written as {}, but reads {}: repeat, or restart the sensor with `plumbline restart`",
-                entry.name,
+            return Err(SensorError::NotWritten(
+                entry.name.clone(),
                 entry.text(*raw),
-                entry.text(read)
-            );
-            return Err(Error::refused("not-written", message));
+                entry.text(read),
+            )
+            .into());
         }
     }
     Ok(())

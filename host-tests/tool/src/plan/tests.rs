@@ -199,7 +199,7 @@ fn operational_node_that_forbids_a_write_is_pre_operational_meanwhile() {
 #[test]
 fn node_that_stays_in_a_wrong_state_ends_the_write() {
     let (result, node) = written(PRE_OPERATIONAL, 60_000, false, 200);
-    assert_eq!(result.unwrap_err().code, "wrong-state");
+    assert_eq!(result.unwrap_err().code(), "wrong-state");
     assert_eq!(node.borrow().commands, [0; 0]);
     assert!(node.borrow().now < Instant::from_ticks(5_000_000));
 }

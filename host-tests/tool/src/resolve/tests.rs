@@ -6,7 +6,7 @@ fn sheet(product: &str) -> Sheet {
 }
 
 fn names(sheet: &Sheet, name: &str) -> Result<Vec<String>, &'static str> {
-    let found = entries(sheet, name).map_err(|failure| failure.code)?;
+    let found = entries(sheet, name).map_err(|failure| failure.code())?;
     Ok(found.into_iter().map(|entry| entry.name.clone()).collect())
 }
 
@@ -46,11 +46,13 @@ fn values_of_a_group_come_in_any_order() {
         );
     }
     assert_eq!(
-        assignments(&sheet, "filter=2Hz,3Hz,off").unwrap_err().code,
+        assignments(&sheet, "filter=2Hz,3Hz,off")
+            .unwrap_err()
+            .code(),
         "bad-value"
     );
     assert_eq!(
-        assignments(&sheet, "filter").unwrap_err().code,
+        assignments(&sheet, "filter").unwrap_err().code(),
         "bad-assignment"
     );
 }

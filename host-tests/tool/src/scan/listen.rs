@@ -2,7 +2,7 @@
 
 use super::schedule::{Lone, Schedule, Step};
 use crate::adapter::Mode;
-use crate::error::Error;
+use crate::error::{AdapterError, Error};
 use crate::link::{Link, stopped};
 use crate::output::{Progress, Terminal};
 use crate::question::Question;
@@ -65,8 +65,8 @@ pub fn all(
                 link.close();
             }
             match quiet(link, step.rate, terminal) {
-                Err(failure) if failure.code == "rate-refused" => {
-                    terminal.note(&failure.message);
+                Err(failure) if failure.is_rate_refused() => {
+                    terminal.note(failure.to_string());
                     refused.push((step.rate, failure));
                     continue;
                 }
@@ -123,10 +123,7 @@ pub fn all(
 fn all_refused(mut refused: Vec<(Option<BitRate>, Error)>) -> Error {
     match (refused.pop(), refused.is_empty()) {
         (Some((_, only)), true) => only,
-        _ => {
-            let message = "the adapter refuses all bit rates: another program may have it open, or it is not an slcan adapter. Close the other program, or check --port";
-            Error::bus("adapter-refused", message)
-        }
+        _ => AdapterError::AllRefused.into(),
     }
 }
 
@@ -177,7 +174,7 @@ fn hear(link: &mut Link, mut until: Instant, end: End) -> Result<Vec<(Instant, F
 /// The question was answered with no, or the adapter fails.
 pub fn open(link: &mut Link, rate: Option<BitRate>, terminal: &mut Terminal) -> Result<(), Error> {
     match quiet(link, rate, terminal) {
-        Err(failure) if failure.code == "no-listen-only" => {
+        Err(failure) if failure.lacks_listen_only() => {
             if !link.takes_part() {
                 confirmed(rate, terminal)?;
                 link.take_part();
@@ -195,8 +192,7 @@ fn confirmed(rate: Option<BitRate>, terminal: &mut Terminal) -> Result<(), Error
         terminal.note("the adapter has no listen-only mode: it acknowledges the messages of other devices while the tool listens");
         return Ok(());
     }
-    let message = "the adapter has no listen-only mode, so it was not opened: --yes lets it take part in the bus; with --id, --node, --mac or --address the tool asks the sensor without listening first";
-    Err(Error::usage("no-listen-only", message))
+    Err(AdapterError::MayNotTakePart.into())
 }
 
 /// Opens the adapter in listen-only mode. This program does not change the mode of an interface: if it takes part in the bus, its frames
@@ -204,10 +200,10 @@ fn confirmed(rate: Option<BitRate>, terminal: &mut Terminal) -> Result<(), Error
 fn quiet(link: &mut Link, rate: Option<BitRate>, terminal: &mut Terminal) -> Result<(), Error> {
     let sets_rate = link.adapter().capabilities().sets_rate;
     match link.open(rate, Mode::Listen) {
-        Err(failure) if failure.code == "no-listen-only" && !sets_rate => {
+        Err(failure) if failure.lacks_listen_only() && !sets_rate => {
             link.open(rate, Mode::Active)?;
             if link.take_part() {
-                let message = failure.message;
+                let message = failure;
                 terminal.note(format!("the interface takes part in the bus and acknowledges the messages of other devices while the tool listens: {message}"));
             }
             Ok(())

@@ -18,7 +18,7 @@ pub mod schedule;
 
 use crate::adapter::{Adapter, Mode};
 use crate::connect::RATES;
-use crate::error::{Error, Kind};
+use crate::error::{AdapterError, Error, Rates, SensorError};
 use crate::identify;
 use crate::labels::Labels;
 use crate::link::Link;
@@ -77,7 +77,7 @@ pub fn run(
     report(&link, terminal);
     let heard = match result {
         // The rows are complete so far.
-        Err(failure) if failure.kind == Kind::Stopped && !rows.rows.is_empty() && terminal.json => {
+        Err(failure) if failure.is_stopped() && !rows.rows.is_empty() && terminal.json => {
             terminal.document(&rows.json())?;
             return Err(failure.after_document());
         }
@@ -86,10 +86,7 @@ pub fn run(
     if rows.rows.is_empty() {
         return Err(match heard {
             Some(heard) => unknown(&heard),
-            None => Error::silent(
-                "nothing-found",
-                "no sensor was found: check power, wiring and terminators, then switch the sensor off and on during `plumbline scan`, or try `plumbline scan --search`",
-            ),
+            None => SensorError::NotFound.into(),
         });
     }
     Ok(rows.json())
@@ -112,15 +109,11 @@ fn unknown(heard: &Traffic) -> Error {
     }
     let at = heard
         .rate
-        .map_or(String::new(), |rate| format!(" at {}", rate.name()));
+        .map_or(Rates::Own, |rate| Rates::One(rate.name()));
     let option = heard
         .rate
         .map_or(String::new(), |rate| format!("--rate {} ", kbits(rate)));
-    let message = format!(
-        "traffic{at} ({}), no sensor recognised: switch the sensor off and on during `plumbline {option}scan`, or give its address with --id, --node, --mac or --address; if no other device is on the bus, try `plumbline {option}scan --search`",
-        named.join(", ")
-    );
-    Error::silent("nothing-found", message)
+    SensorError::NotRecognised(at, named.join(", "), option).into()
 }
 
 /// Adds what is found to the rows, and returns what was heard.
@@ -137,7 +130,7 @@ fn find(
     let heard = options.memory.listen(link, &schedule, terminal);
     let heard = match heard {
         // The user has been warned, and has said --active.
-        Err(failure) if failure.code == "no-listen-only" && options.active => {
+        Err(failure) if failure.lacks_listen_only() && options.active => {
             terminal.note("the adapter has no listen-only mode: asking without listening first");
             None
         }
@@ -205,7 +198,9 @@ fn known(
         {
             match link.open(rate, Mode::Active) {
                 // An interface of Linux: the message says what to type.
-                Err(failure) if failure.code == "only-listens" => terminal.note(failure.message),
+                Err(failure @ Error::Adapter(AdapterError::OnlyListens(..))) => {
+                    terminal.note(failure.to_string());
+                }
                 opened => {
                     opened?;
                     row = asked(link, target, row.questions())?.unwrap_or(row);

@@ -236,9 +236,9 @@ impl Rows {
         self.rate = rate;
         terminal.line(row.line(rate))?;
         if let Row::Found(found) = &row
-            && let Some(twins) = found.twins()
+            && !found.twins.is_empty()
         {
-            terminal.note(twins);
+            terminal.note(found.twins().to_string());
         }
         match self.rows.iter_mut().find(|own| row.is_same(own)) {
             Some(own) => *own = row,

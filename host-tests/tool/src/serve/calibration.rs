@@ -9,7 +9,7 @@ use crate::calibrate::host::{Host, Question, State, Step};
 use crate::calibrate::log::Source;
 use crate::calibrate::rest::Average;
 use crate::command::calibrate;
-use crate::error::Error;
+use crate::error::{CalibrationError, Error, RequestError};
 use serde::Deserialize;
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
@@ -58,11 +58,7 @@ impl Unit {
     /// That.
     pub fn check(&self) -> Result<(), Error> {
         match (&self.store, &self.product) {
-            (Some(_), None) => {
-                let message =
-                    "a store file belongs to one product: give the product with --product NAME";
-                Err(Error::usage("unknown-product", message))
-            }
+            (Some(_), None) => Err(RequestError::StoreProduct.into()),
             _ => Ok(()),
         }
     }
@@ -168,16 +164,12 @@ impl Calibration {
         match (wanted, running) {
             (Wanted::Start, None) => {
                 let Some(unit) = &self.unit else {
-                    let message = "there is no unit: start `plumbline serve --calibrate FILE -- COMMAND` with the command that prints its log";
-                    return Err(Error::usage("no-unit", message));
+                    return Err(CalibrationError::NoUnit.into());
                 };
                 inner.running = Some(self.start(unit.clone())?);
                 Ok(())
             }
-            (Wanted::Start, Some(_)) => {
-                let message = "the calibration runs already: answer its question, or stop it";
-                Err(Error::usage("running", message))
-            }
+            (Wanted::Start, Some(_)) => Err(CalibrationError::Running.into()),
             (Wanted::Stop, Some(running)) => {
                 locked(&running.shared).stopped = true;
                 Ok(())
@@ -210,7 +202,7 @@ impl Calibration {
                 };
                 page.run(&unit, number);
             })
-            .map_err(|error| Error::bus("no-thread", error.to_string()))?;
+            .map_err(|error| CalibrationError::NoThread(error.to_string()))?;
         Ok(Running {
             thread,
             answers,
@@ -232,8 +224,7 @@ fn is_demo(unit: &Unit) -> bool {
 }
 
 fn old() -> Error {
-    let message = "this question already has an answer: check the position that the page shows now";
-    Error::usage("old-question", message)
+    CalibrationError::OldQuestion.into()
 }
 
 impl Running {
@@ -282,7 +273,7 @@ impl Page {
                 self.show("done");
             }
             Err(failure) => {
-                self.document["error"] = json!(failure.message);
+                self.document["error"] = json!(failure.to_string());
                 event["error"] = failure.json()["error"].clone();
                 self.show("failed");
             }

@@ -8,7 +8,7 @@
 //! A tab gets the newest event of each kind first, except samples, and the log. The stream of a tab that does not read ends: the tab
 //! opens another one and knows the present state again. The numbers of the samples show what is missing.
 
-use crate::error::Error;
+use crate::error::{Error, PageError};
 use serde_json::{Value, json};
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -123,10 +123,7 @@ impl Hub {
         inner.tabs.retain(|tab| !tab.events.is_closed());
         inner.resign();
         if inner.tabs.len() >= TABS {
-            let message = format!(
-                "{TABS} tabs are already open: close one of them, then this page connects automatically"
-            );
-            return Err(Error::bus("too-many-tabs", message));
+            return Err(PageError::TooManyTabs(TABS).into());
         }
         let (tab, events) = channel(WAITING);
         let actions = inner.actions.iter().map(|(_, event)| event);
@@ -233,7 +230,7 @@ mod tests {
         let mut tabs: Vec<_> = (0..TABS)
             .map(|_| hub.subscribe(None).expect("a place"))
             .collect();
-        assert_eq!(hub.subscribe(None).unwrap_err().code, "too-many-tabs");
+        assert_eq!(hub.subscribe(None).unwrap_err().code(), "too-many-tabs");
         tabs.pop();
         assert!(hub.subscribe(None).is_ok());
     }

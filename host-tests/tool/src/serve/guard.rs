@@ -10,7 +10,7 @@
 //! | POST has `application/json`, and is not too long (only `/api/`) | forms of other pages |
 
 use super::api::{App, LONGEST, Refusal};
-use crate::error::Error;
+use crate::error::{Forbidden, PageError};
 use axum::extract::{Request, State};
 use axum::http::header::{self, HeaderName, HeaderValue};
 use axum::http::{HeaderMap, Method, StatusCode};
@@ -51,7 +51,7 @@ pub async fn check(State(app): State<Arc<App>>, request: Request, next: Next) ->
         Ok(()) => next.run(request).await,
         Err((status, why)) => Refusal {
             status,
-            failure: Error::usage("forbidden", why),
+            failure: PageError::Forbidden(why).into(),
         }
         .into_response(),
     };
@@ -62,65 +62,51 @@ pub async fn check(State(app): State<Arc<App>>, request: Request, next: Next) ->
     response
 }
 
-type Judged = Result<(), (StatusCode, &'static str)>;
+type Judged = Result<(), (StatusCode, Forbidden)>;
 
 fn judge(app: &App, method: &Method, headers: &HeaderMap, is_api: bool) -> Judged {
     // Several headers of one name are no header of ours.
-    let text = |name: &str| -> Result<Option<String>, (StatusCode, &'static str)> {
+    let text = |name: &str| -> Result<Option<String>, (StatusCode, Forbidden)> {
         let mut values = headers.get_all(name).iter();
         match (values.next(), values.next()) {
             (None, _) => Ok(None),
             (Some(value), None) => match value.to_str() {
                 Ok(value) => Ok(Some(value.to_owned())),
-                Err(_) => Err((StatusCode::BAD_REQUEST, "a header is not readable")),
+                Err(_) => Err((StatusCode::BAD_REQUEST, Forbidden::Unreadable)),
             },
-            _ => Err((StatusCode::BAD_REQUEST, "a header occurs twice")),
+            _ => Err((StatusCode::BAD_REQUEST, Forbidden::Twice)),
         }
     };
     let host = text("host")?.unwrap_or_default();
     if !is_own_host(&host, app.address) {
-        let why =
-            "the name of the server is wrong: open the address that `plumbline serve` has printed";
-        return Err((StatusCode::FORBIDDEN, why));
+        return Err((StatusCode::FORBIDDEN, Forbidden::Host));
     }
     if let Some(origin) = text("origin")?
         && !origin.eq_ignore_ascii_case(&format!("http://{host}"))
     {
-        return Err((
-            StatusCode::FORBIDDEN,
-            "this request came from another page and was refused: nothing was done",
-        ));
+        return Err((StatusCode::FORBIDDEN, Forbidden::Origin));
     }
     if let Some(site) = text("sec-fetch-site")?
         && is_api
         && !["same-origin", "none"].contains(&site.as_str())
     {
-        return Err((
-            StatusCode::FORBIDDEN,
-            "this request came from another page and was refused: nothing was done",
-        ));
+        return Err((StatusCode::FORBIDDEN, Forbidden::Origin));
     }
     if !is_api {
         return Ok(());
     }
     if !is_equal(&text(TOKEN)?.unwrap_or_default(), &app.token) {
-        let why =
-            "the secret is missing or old: open the address that `plumbline serve` has printed";
-        return Err((StatusCode::UNAUTHORIZED, why));
+        return Err((StatusCode::UNAUTHORIZED, Forbidden::Secret));
     }
     if *method == Method::POST {
         let kind = text("content-type")?.unwrap_or_default();
         let kind = kind.split(';').next().unwrap_or_default().trim();
         if !kind.eq_ignore_ascii_case("application/json") {
-            return Err((
-                StatusCode::UNSUPPORTED_MEDIA_TYPE,
-                "a request has the content type application/json",
-            ));
+            return Err((StatusCode::UNSUPPORTED_MEDIA_TYPE, Forbidden::ContentType));
         }
         let length = text("content-length")?.and_then(|length| length.parse::<usize>().ok());
         if length.is_some_and(|length| length > LONGEST) {
-            let why = "the request is too long: a file of settings has at most 1 MiB";
-            return Err((StatusCode::PAYLOAD_TOO_LARGE, why));
+            return Err((StatusCode::PAYLOAD_TOO_LARGE, Forbidden::TooLong));
         }
     }
     Ok(())

@@ -4,7 +4,7 @@ use super::line::Words;
 use super::sheets::Sheets;
 use crate::adapter::Adapter;
 use crate::cli::{Cli, Options};
-use crate::error::Error;
+use crate::error::{Error, PageError};
 use crate::master::Protocol;
 use crate::ops::Request;
 use crate::question::{Name, Question};
@@ -92,12 +92,7 @@ impl Connect {
         }
         if let Some(address) = &self.address {
             let protocol = self.protocol.as_deref().and_then(Protocol::named);
-            let protocol = protocol.ok_or_else(|| {
-                Error::usage(
-                    "bad-request",
-                    "an address needs its protocol: fsc, canopen, devicenet or j1939",
-                )
-            })?;
+            let protocol = protocol.ok_or(PageError::NoProtocol)?;
             words.push(format!("{}={address}", protocol.option));
         }
         if let Some(product) = &self.product {
@@ -227,7 +222,7 @@ pub fn parse(words: &Words) -> Result<Cli, Error> {
     Cli::try_parse_from(all.chain(words.iter().cloned())).map_err(|error| {
         let text = error.to_string();
         let line = text.lines().next().unwrap_or_default();
-        Error::usage("bad-request", line.trim_start_matches("error: "))
+        PageError::Words(line.trim_start_matches("error: ").to_owned()).into()
     })
 }
 

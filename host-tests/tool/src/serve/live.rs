@@ -7,7 +7,7 @@ use super::events::{Hub, Kind};
 use super::lease::Lease;
 use super::sheets::Sheets;
 use crate::cyclic::pace::Pace;
-use crate::error::{Error, Kind as Refusal};
+use crate::error::{Error, Kind as Refusal, RequestError};
 use crate::identify::Found;
 use crate::master::fsc;
 use crate::sample::{Sample, Sampler};
@@ -172,7 +172,7 @@ impl Live {
                 self.sampler = sampler;
                 self.offset = Duration::from_ticks(now.ticks() - self.origin.ticks());
             }
-            Err(failure) if failure.kind == Refusal::Bus => return Err(failure),
+            Err(failure) if failure.kind() == Refusal::Bus => return Err(failure),
             // It restarts.
             Err(_) => {}
         }
@@ -251,9 +251,9 @@ impl Live {
         };
         let polled = sampler.poll(&mut self.session, period);
         let sample = match polled {
-            Err(failure) if failure.kind == Refusal::Bus => return Err(failure),
+            Err(failure) if failure.kind() == Refusal::Bus => return Err(failure),
             Err(failure) => {
-                self.show_condition(json!([{"name": failure.message, "error": true}]), hub);
+                self.show_condition(json!([{"name": failure.to_string(), "error": true}]), hub);
                 None
             }
             Ok(sample) => sample,
@@ -374,7 +374,7 @@ impl Live {
 /// The angles of a sensor; None: its data sheet does not say which values they are.
 fn sampler(session: &mut Session) -> Result<Option<Sampler>, Error> {
     match Sampler::new(session) {
-        Err(failure) if failure.code == "no-angles" => Ok(None),
+        Err(Error::Request(RequestError::NoAngles)) => Ok(None),
         sampler => sampler.map(Some),
     }
 }

@@ -32,7 +32,7 @@ pub mod tap;
 pub mod worker;
 
 use crate::cli::Options;
-use crate::error::Error;
+use crate::error::{Error, PageError};
 use crate::output::Terminal;
 use api::App;
 use calibration::{Calibration, Unit};
@@ -97,14 +97,8 @@ impl Server {
             unit.check()?;
         }
         let wanted = settings.listen;
-        let in_use = |error: std::io::Error| {
-            Error::bus(
-                "no-listen",
-                format!(
-                    "cannot listen on {wanted} ({error}): choose another port with --listen 127.0.0.1:0"
-                ),
-            )
-        };
+        let in_use =
+            |error: std::io::Error| PageError::NoListen(wanted.to_string(), error.to_string());
         let listener = std::net::TcpListener::bind(wanted).map_err(in_use)?;
         listener.set_nonblocking(true).map_err(in_use)?;
         let address = listener.local_addr().map_err(in_use)?;
@@ -152,7 +146,7 @@ impl Server {
     /// # Errors
     /// The network of this computer failed.
     pub fn run(self, opener: Opener, stopped: &dyn Fn() -> bool) -> Result<(), Error> {
-        let failed = |error: std::io::Error| Error::bus("no-server", error.to_string());
+        let failed = |error: std::io::Error| PageError::NoServer(error.to_string());
         let (hub, stop) = (Arc::new(Hub::default()), Arc::new(AtomicBool::new(false)));
         let (jobs, receiver) = channel();
         let options = &self.settings.options;
@@ -214,7 +208,7 @@ impl Server {
         calibration.end();
         drop(runtime);
         let _ = worker.join();
-        result.map_err(failed)
+        Ok(result.map_err(failed)?)
     }
 }
 
@@ -244,7 +238,6 @@ pub fn run(settings: Settings, opens: bool, terminal: &mut Terminal) -> Result<(
 /// A secret of 128 random bits, as 32 hexadecimal digits.
 fn token() -> Result<String, Error> {
     let mut bytes = [0; 16];
-    getrandom::fill(&mut bytes)
-        .map_err(|error| Error::bus("no-random", format!("no random numbers: {error}")))?;
+    getrandom::fill(&mut bytes).map_err(|error| PageError::NoRandom(error.to_string()))?;
     Ok(bytes.iter().map(|byte| format!("{byte:02x}")).collect())
 }

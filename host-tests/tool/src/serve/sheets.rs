@@ -5,7 +5,7 @@
 
 use crate::backup::{Backup, product_in};
 use crate::eds;
-use crate::error::Error;
+use crate::error::{Error, Fault, FileError, PageError};
 use crate::identify;
 use crate::master::Protocol;
 use crate::sheet::Sheet;
@@ -87,17 +87,11 @@ impl Sheets {
     /// # Errors
     /// It is not a data sheet with parameters, or is too long.
     pub fn add(&self, name: &str, text: &str) -> Result<Arc<Kept>, Error> {
-        let bad = |why: &str| {
-            let message = format!(
-                "{} is not a data sheet (EDS): {why}; choose the EDS file of the maker of the device",
-                shown(name)
-            );
-            Error::usage("bad-file", message)
-        };
+        let bad = |why: Fault| FileError::PageEds(shown(name), why);
         if text.len() > LONGEST {
-            return Err(bad("it is longer than 1 MiB"));
+            return Err(bad(Fault::LongerThan1MiB).into());
         }
-        let sheet = eds::parse(text.as_bytes()).map_err(|why| bad(&why))?;
+        let sheet = eds::parse(text.as_bytes()).map_err(bad)?;
         self.keep(shown(name), sheet)
     }
 
@@ -108,9 +102,7 @@ impl Sheets {
         if let Some(own) = kept.iter().find(is_same) {
             return Ok(own.clone());
         }
-        let unwritten = |error: std::io::Error| {
-            Error::bus("no-file", format!("cannot write a temporary file: {error}"))
-        };
+        let unwritten = |error: std::io::Error| FileError::Temporary(error.to_string());
         let mut file = NamedTempFile::with_suffix(".eds").map_err(unwritten)?;
         let text = sheet.data_sheet.as_ref().map(|own| own.text.clone());
         file.write_all(text.unwrap_or_default().as_bytes())
@@ -135,11 +127,7 @@ impl Sheets {
         }
         let kept = self.kept();
         let found = kept.iter().find(|own| own.key == key).cloned();
-        found.map(Some).ok_or_else(|| {
-            let message =
-                "the server does not have this data sheet any more: choose its file again";
-            Error::usage("unknown-product", message)
-        })
+        found.map(Some).ok_or_else(|| PageError::SheetGone.into())
     }
 
     /// The sheet of a product, or the data sheet with this key.
@@ -179,7 +167,7 @@ impl Sheets {
     ///
     /// # Errors
     /// See [`Backup::parse`].
-    pub fn backup(&self, text: &str, own: Option<&str>) -> Result<Backup, String> {
+    pub fn backup(&self, text: &str, own: Option<&str>) -> Result<Backup, Fault> {
         let kept = self.of(text, own);
         Backup::parse_with(text, kept.as_ref().map(|kept| &kept.sheet))
     }

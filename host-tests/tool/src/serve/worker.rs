@@ -15,7 +15,7 @@ use super::sheets::{Kept, Sheets};
 use crate::adapter::unread::Unread;
 use crate::adapter::{Adapter, Mode};
 use crate::connect;
-use crate::error::{Error, Kind as Refusal};
+use crate::error::{Asks, Error, Kind as Refusal, Silence};
 use crate::identify::Identity;
 use crate::last::Last;
 use crate::link::Link;
@@ -177,9 +177,9 @@ impl Worker {
     /// An adapter that has failed ends the connection, with its reason.
     fn survive(&mut self, result: Result<(), Error>) {
         if let Err(failure) = result
-            && failure.code != "stopped"
+            && !failure.is_stopped()
         {
-            self.error = Some(failure.message);
+            self.error = Some(failure.to_string());
             self.port = None;
             self.forget();
             self.report();
@@ -288,14 +288,14 @@ impl Worker {
         let result = connected.map_err(on_request);
         if let Err(failure) = &result {
             // An adapter that has failed can be plugged in again.
-            if failure.kind == Refusal::Bus {
+            if failure.kind() == Refusal::Bus {
                 self.port = None;
             }
             let _ = self.close();
-            if failure.questions.is_empty() {
-                self.error = Some(failure.message.clone());
+            if failure.questions().is_empty() {
+                self.error = Some(failure.to_string());
             } else {
-                self.wait(asked, failure.questions.clone());
+                self.wait(asked, failure.questions().to_vec());
             }
         }
         self.end(number, &shown, &result, notes.all);
@@ -333,12 +333,7 @@ impl Worker {
             let rate = match options.rate {
                 None if lease.capabilities().needs_rate => {
                     let heard = connect::traffic(&mut link, &mut terminal)?;
-                    heard.map(|heard| heard.rate).ok_or_else(|| {
-                        Error::silent(
-                            "no-answer",
-                            "there is no traffic, so the bit rate is unknown: choose the bit rate, or connect actively",
-                        )
-                    })?
+                    heard.map(|heard| heard.rate).ok_or(Silence::PageTraffic)?
                 }
                 rate => rate,
             };
@@ -352,8 +347,8 @@ impl Worker {
         let opened = connect::session(Box::new(lease.clone()), &bus, &mut terminal);
         let (session, found) = match opened {
             // The page asks the user, and tries again.
-            Err(failure) if failure.kind == Refusal::Usage && !answers.asked.is_empty() => {
-                return Err(Error::asks(answers.asked));
+            Err(failure) if failure.kind() == Refusal::Usage && !answers.asked.is_empty() => {
+                return Err(Asks(answers.asked).into());
             }
             opened => opened?,
         };

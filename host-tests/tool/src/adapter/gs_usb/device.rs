@@ -1,7 +1,7 @@
 //! The adapters on USB, and their transfers by nusb.
 
 use super::{GsUsb, Usb};
-use crate::error::Error;
+use crate::error::{AdapterError, Error, UsbHint};
 use nusb::descriptors::{ConfigurationDescriptor, TransferType};
 use nusb::transfer::{
     Buffer, Bulk, ControlIn, ControlOut, ControlType, Direction, In, Out, Recipient, TransferError,
@@ -192,26 +192,16 @@ fn choose(candidates: &[Candidate], serial: Option<&str>) -> Result<usize, Error
         ports.collect::<Vec<String>>().join(", ")
     };
     let mut places = (0..).zip(candidates).filter(|(_, own)| is_wanted(own));
-    let message = match (places.next(), places.next()) {
+    Err(match (places.next(), places.next()) {
         (Some((place, candidate)), None) => match &candidate.interface {
             None => return Ok(place),
-            Some(interface) => format!(
-                "the driver of the kernel has this adapter as {interface}: use --port {interface}"
-            ),
+            Some(interface) => AdapterError::HasInterface(interface.clone()),
         },
-        (Some(_), Some(_)) => {
-            format!("there are several adapters: choose one of {}", ports())
-        }
-        (None, _) if candidates.is_empty() => {
-            "there is no candleLight (gs_usb) adapter on USB: plug it in. An adapter that shows as a serial port has slcan: use slcan:PORT"
-                .to_owned()
-        }
-        (None, _) => format!(
-            "there is no adapter with this serial number, but {}",
-            ports()
-        ),
-    };
-    Err(Error::bus("no-adapter", message))
+        (Some(_), Some(_)) => AdapterError::Several(ports()),
+        (None, _) if candidates.is_empty() => AdapterError::NoUsb,
+        (None, _) => AdapterError::OtherSerial(ports()),
+    }
+    .into())
 }
 
 /// The interface of SocketCAN that the kernel has made of a device.
@@ -272,12 +262,9 @@ pub fn ports() -> Result<Vec<Port>, Error> {
 
 /// The adapters that are plugged in.
 fn found() -> Result<Vec<(DeviceInfo, Candidate)>, Error> {
-    let devices = nusb::list_devices().wait().map_err(|error| {
-        let message = format!(
-            "cannot list the devices on USB ({error}): use a port that needs no USB, as slcan://HOST:PORT, or can0 on Linux"
-        );
-        Error::bus("no-adapter", message)
-    })?;
+    let devices = nusb::list_devices()
+        .wait()
+        .map_err(|error| AdapterError::NoUsbList(error.to_string()))?;
     let adapters = devices.filter(|info| ADAPTERS.contains(&(info.vendor_id(), info.product_id())));
     let found = adapters.map(|info| {
         let candidate = Candidate {
@@ -294,18 +281,14 @@ fn found() -> Result<Vec<(DeviceInfo, Candidate)>, Error> {
 /// # Errors
 /// There is none, there are several, or it cannot be used.
 pub fn connect(serial: Option<&str>) -> Result<GsUsb<NusbDevice>, Error> {
-    let failed = |what: &str, error: nusb::Error| {
+    let failed = |name: &str, error: nusb::Error| {
         let hint = match error.kind() {
-            ErrorKind::PermissionDenied => {
-                "allow it with the udev rule in the README of plumbline, then plug it in again"
-            }
-            ErrorKind::Busy => "close other programs that use it",
-            ErrorKind::Unsupported => {
-                "on Windows its driver must be WinUSB, see the README of plumbline"
-            }
-            _ => "plug it in again, or use another port",
+            ErrorKind::PermissionDenied => UsbHint::Permission,
+            ErrorKind::Busy => UsbHint::Busy,
+            ErrorKind::Unsupported => UsbHint::Driver,
+            _ => UsbHint::Other,
         };
-        Error::bus("no-adapter", format!("cannot {what} ({error}): {hint}"))
+        AdapterError::UsbUnopened(name.to_owned(), error.to_string(), hint)
     };
     let (devices, candidates): (Vec<DeviceInfo>, Vec<Candidate>) = found()?.into_iter().unzip();
     let place = choose(&candidates, serial)?;
@@ -314,7 +297,7 @@ pub fn connect(serial: Option<&str>) -> Result<GsUsb<NusbDevice>, Error> {
         None => "usb".to_owned(),
     };
     let device = devices[place].open().wait();
-    let device = device.map_err(|error| failed(&format!("open {name}"), error))?;
+    let device = device.map_err(|error| failed(&name, error))?;
     let usb = NusbDevice {
         device,
         claimed: None,

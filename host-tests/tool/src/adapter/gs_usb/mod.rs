@@ -14,7 +14,7 @@
 
 use super::bench::not_active;
 use super::{Adapter, Capabilities, Mode, instant, lost, no_listen_only, no_rate};
-use crate::error::Error;
+use crate::error::{AdapterError, Error};
 use plumbline::can::{BitRate, Frame};
 use plumbline::time::Instant;
 use std::collections::VecDeque;
@@ -119,19 +119,10 @@ impl<U: Usb> GsUsb<U> {
     /// # Errors
     /// It is in use, has failed, or does not speak this protocol.
     pub fn new(mut usb: U, name: &str) -> Result<Self, Error> {
-        let foreign = || {
-            let message = format!(
-                "{name} does not answer as a candleLight (gs_usb) adapter: update its firmware, or use another adapter"
-            );
-            Error::bus("adapter-silent", message)
-        };
+        let foreign = || AdapterError::NotGsUsb(name.to_owned());
         let layout = Layout::of(&usb.configuration()).ok_or_else(foreign)?;
-        usb.claim(&layout).map_err(|error| {
-            let message = format!(
-                "cannot use {name} ({error}): close other programs that use it. On Windows its driver must be WinUSB"
-            );
-            Error::bus("no-adapter", message)
-        })?;
+        usb.claim(&layout)
+            .map_err(|error| AdapterError::UsbUnclaimed(name.to_owned(), error.to_string()))?;
         let format = LITTLE_ENDIAN.to_le_bytes();
         let constants = usb
             .control_out(request::HOST_FORMAT, 1, &format)
@@ -256,12 +247,7 @@ impl<U: Usb> Adapter for GsUsb<U> {
             return Err(no_listen_only(name));
         }
         let timing = BitTiming::find(rate, &self.constants).ok_or_else(|| {
-            let message = format!(
-                "{name} cannot have {} exactly with its clock of {} Hz: use another rate",
-                rate.name(),
-                self.constants.clock
-            );
-            Error::bus("rate-refused", message)
+            AdapterError::NoTiming(name.clone(), rate.name(), self.constants.clock)
         })?;
         // Another program may have left it open.
         self.reset()?;

@@ -99,7 +99,7 @@ fn listening_without_the_feature_is_refused_and_starts_nothing() {
     fake.requests();
     let failure = adapter.open(Some(BitRate::K250), Mode::Listen).unwrap_err();
     assert_eq!(
-        (failure.code, failure.kind.exit_code()),
+        (failure.code(), failure.kind().exit_code()),
         ("no-listen-only", 4)
     );
     assert_eq!(fake.requests(), []);
@@ -110,7 +110,7 @@ fn listening_without_the_feature_is_refused_and_starts_nothing() {
 #[test]
 fn listening_adapter_sends_nothing() {
     let (mut adapter, fake) = opened(LISTENS, Mode::Listen);
-    assert_eq!(adapter.send(&question()).unwrap_err().code, "not-open");
+    assert_eq!(adapter.send(&question()).unwrap_err().code(), "not-open");
     assert_eq!(fake.written(), Vec::<Vec<u8>>::new());
 }
 
@@ -122,11 +122,11 @@ fn rate_without_exact_bit_timing_is_refused_and_starts_nothing() {
     fake.requests();
     let failure = adapter.open(Some(BitRate::K800), Mode::Active).unwrap_err();
     assert_eq!(
-        (failure.code, failure.kind.exit_code()),
+        (failure.code(), failure.kind().exit_code()),
         ("rate-refused", 4)
     );
-    assert!(failure.message.contains("800 kbit/s"), "{failure}");
-    assert!(failure.message.contains("25000000 Hz"), "{failure}");
+    assert!(failure.to_string().contains("800 kbit/s"), "{failure}");
+    assert!(failure.to_string().contains("25000000 Hz"), "{failure}");
     assert_eq!(fake.requests(), []);
     adapter.open(Some(BitRate::K500), Mode::Active).unwrap();
 }
@@ -290,7 +290,10 @@ fn acknowledged_frames_never_fill_the_adapter() {
 fn adapter_that_takes_no_frames_restarts_once_and_then_has_failed() {
     let (mut adapter, fake) = opened(LISTENS, Mode::Active);
     fake.0.borrow_mut().is_stuck = true;
-    assert_eq!(adapter.send(&question()).unwrap_err().code, "adapter-lost");
+    assert_eq!(
+        adapter.send(&question()).unwrap_err().code(),
+        "adapter-lost"
+    );
     assert_eq!(fake.requests().len(), 3);
 }
 
@@ -320,10 +323,13 @@ fn unplugged_adapter_is_reported_with_the_next_step() {
     ];
     for failure in failures {
         assert_eq!(
-            (failure.code, failure.kind.exit_code()),
+            (failure.code(), failure.kind().exit_code()),
             ("adapter-lost", 4)
         );
-        assert!(failure.message.contains("plug it in again"), "{failure}");
+        assert!(
+            failure.to_string().contains("plug it in again"),
+            "{failure}"
+        );
     }
     assert_eq!(adapter.errors(), None);
     adapter.close();
@@ -335,7 +341,7 @@ fn device_that_does_not_tell_its_limits_is_refused() {
         let fake = Fake::new(LISTENS);
         fake.0.borrow_mut().constants = constants;
         let failure = GsUsb::new(fake, "usb:1").err().unwrap();
-        assert_eq!(failure.code, "adapter-silent");
+        assert_eq!(failure.code(), "adapter-silent");
     }
 }
 

@@ -11,7 +11,7 @@
 
 use super::bench::not_active;
 use super::{Adapter, Capabilities, Mode, instant, lost, no_listen_only, no_rate};
-use crate::error::Error;
+use crate::error::{AdapterError, Error, PcanHint};
 use embedded_can::{ExtendedId, Id, StandardId};
 use library::{FILE, Message, Parameter, PcanBasic, Status};
 use plumbline::can::{BitRate, Frame};
@@ -101,13 +101,13 @@ const fn timing(rate: BitRate) -> u16 {
 fn load() -> Result<PcanBasic, Error> {
     PcanBasic::load().map_err(|_| {
         let hint = if cfg!(windows) {
-            "install PEAK's driver with PCAN-Basic"
+            PcanHint::Windows
         } else if cfg!(target_os = "macos") {
-            "install PCBUSB of mac-can.com"
+            PcanHint::MacOs
         } else {
-            "install PEAK's driver with PCAN-Basic, or use the interface of the kernel (--port can0), which needs no library"
+            PcanHint::Linux
         };
-        Error::bus("no-library", format!("{FILE} was not found: {hint}"))
+        AdapterError::NoLibrary(FILE, hint).into()
     })
 }
 
@@ -118,10 +118,7 @@ fn load() -> Result<PcanBasic, Error> {
 pub fn connect(name: &str) -> Result<Pcan, Error> {
     let name = if name.is_empty() { "USBBUS1" } else { name };
     let Some(channel) = handle(name) else {
-        let message = format!(
-            "pcan has no channel {name:?}: write pcan:USBBUS1 to pcan:USBBUS{CHANNELS}, pcan:PCIBUS1 or pcan:LANBUS1"
-        );
-        return Err(Error::usage("unknown-port", message));
+        return Err(AdapterError::NoChannel(name.to_owned(), CHANNELS).into());
     };
     Ok(Pcan {
         library: load()?,
@@ -168,18 +165,12 @@ impl Pcan {
         if status != Status::OK {
             library.uninitialize(channel);
             let text = library.text(status);
-            let message = match () {
-                () if status.is_in_use() => {
-                    format!("another program uses {name}: close it, for example PCAN-View")
-                }
-                () if status.is_missing() => {
-                    format!(
-                        "there is no adapter {name} ({text}): plug it in; `plumbline ports` lists the ports"
-                    )
-                }
-                () => format!("cannot open {name} ({text})"),
-            };
-            return Err(Error::bus("no-adapter", message));
+            return Err(match () {
+                () if status.is_in_use() => AdapterError::InUse(name.clone()),
+                () if status.is_missing() => AdapterError::Missing(name.clone(), text),
+                () => AdapterError::Unopened(name.clone(), text),
+            }
+            .into());
         }
         library.set(channel, Parameter::ListenOnly, listens);
         if library.get(channel, Parameter::ListenOnly) != (Status::OK, listens) {

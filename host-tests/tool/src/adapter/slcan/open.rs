@@ -4,7 +4,7 @@ use super::line::rate_command;
 use super::{BEL, Clock, ERRORS, LOST, Slcan, Stream};
 use crate::adapter::Mode;
 use crate::eds::shown;
-use crate::error::Error;
+use crate::error::{AdapterError, Error};
 use plumbline::can::BitRate;
 use plumbline::time::Duration;
 use std::time;
@@ -17,20 +17,13 @@ const DRAINED: time::Duration = time::Duration::from_millis(500);
 
 impl<S: Stream> Slcan<S> {
     pub(super) fn silent(&self) -> Error {
-        let name = &self.name;
-        let message = format!(
-            "{name} does not answer like an slcan adapter: check the port. CANable sticks with slcan firmware do not answer; use their candleLight firmware and SocketCAN"
-        );
-        Error::bus("adapter-silent", message)
+        AdapterError::NotSlcan(self.name.clone()).into()
     }
 
     /// Something else is at this port, which says this.
     pub(super) fn no_adapter(&self, said: &[u8]) -> Error {
-        let (name, said) = (&self.name, shown(&String::from_utf8_lossy(said)));
-        let message = format!(
-            "{name} is not an slcan adapter: it sends {said:?}. Check the port; other ports are can0, usb and demo:PRODUCT"
-        );
-        Error::bus("no-adapter", message)
+        let said = shown(&String::from_utf8_lossy(said));
+        AdapterError::Foreign(self.name.clone(), said).into()
     }
 
     /// Reads until the adapter sends nothing more, so that a late answer is not read as the answer to the next command.
@@ -44,9 +37,9 @@ impl<S: Stream> Slcan<S> {
     }
 
     /// Sends a command that the adapter must accept.
-    fn must(&mut self, command: &str, refusal: (&'static str, String)) -> Result<(), Error> {
+    fn must(&mut self, command: &str, refusal: AdapterError) -> Result<(), Error> {
         match self.command(command)? {
-            Some(answer) if answer == [BEL] => Err(Error::bus(refusal.0, refusal.1)),
+            Some(answer) if answer == [BEL] => Err(refusal.into()),
             Some(_) => Ok(()),
             None => Err(self.silent()),
         }
@@ -65,22 +58,13 @@ impl<S: Stream> Slcan<S> {
     /// Sets the rate of the closed channel and opens it.
     pub(super) fn start(&mut self, rate: Option<BitRate>, mode: Mode) -> Result<(), Error> {
         if let Some(rate) = rate {
-            let refusal = format!(
-                "{} cannot have {}: use another rate",
-                self.name,
-                rate.name()
-            );
-            self.must(&rate_command(rate), ("rate-refused", refusal))?;
+            let refusal = AdapterError::RateRefused(self.name.clone(), rate.name());
+            self.must(&rate_command(rate), refusal)?;
         }
+        let name = self.name.clone();
         let (command, refusal) = match mode {
-            Mode::Active => (
-                "O",
-                ("adapter-refused", format!("{} does not open", self.name)),
-            ),
-            Mode::Listen => {
-                let text = "has no listen-only mode, so it was not opened: `plumbline scan --active` asks without listening first";
-                ("L", ("no-listen-only", format!("{} {text}", self.name)))
-            }
+            Mode::Active => ("O", AdapterError::OpenRefused(name)),
+            Mode::Listen => ("L", AdapterError::NoListenOnly(name)),
         };
         self.must(command, refusal)
     }

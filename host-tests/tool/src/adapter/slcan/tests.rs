@@ -101,7 +101,7 @@ fn next(adapter: &mut Slcan<Shared>) -> Option<String> {
 fn adapter_without_listen_only_mode_is_never_opened() {
     let (mut adapter, shared) = adapter(&[("L", b"\x07")]);
     let failure = adapter.open(Some(BitRate::K125), Mode::Listen).unwrap_err();
-    assert_eq!(failure.code, "no-listen-only");
+    assert_eq!(failure.code(), "no-listen-only");
     assert!(!written(&shared).contains('O'));
     let frame = Frame::data(standard(1), &[]).unwrap();
     assert!(adapter.send(&frame).is_err());
@@ -127,7 +127,7 @@ fn rate_that_the_adapter_refuses_is_an_error() {
     let failure = adapter
         .open(Some(BitRate::K62_5), Mode::Active)
         .unwrap_err();
-    assert_eq!(failure.code, "rate-refused");
+    assert_eq!(failure.code(), "rate-refused");
 }
 
 #[test]
@@ -135,7 +135,7 @@ fn port_that_does_not_answer_is_not_an_adapter() {
     let (mut adapter, _) = adapter(&[("C", b"")]);
     let failure = adapter.open(Some(BitRate::K125), Mode::Active).unwrap_err();
     assert_eq!(
-        (failure.code, failure.kind.exit_code()),
+        (failure.code(), failure.kind().exit_code()),
         ("adapter-silent", 4)
     );
 }
@@ -157,9 +157,9 @@ fn port_of_another_service_is_not_an_adapter() {
     ] {
         let (mut adapter, _) = adapter(&[(command, text)]);
         let failure = adapter.open(Some(BitRate::K125), Mode::Active).unwrap_err();
-        let code = (failure.code, failure.kind.exit_code());
+        let code = (failure.code(), failure.kind().exit_code());
         assert_eq!(code, ("no-adapter", 4), "{said}: {failure}");
-        assert!(failure.message.contains(said), "{failure}");
+        assert!(failure.to_string().contains(said), "{failure}");
     }
 }
 
@@ -186,7 +186,7 @@ fn frames_and_answers_to_other_commands_are_no_answers() {
         }
         let opened = adapter.open(Some(BitRate::K125), Mode::Listen);
         assert_eq!(
-            opened.err().map(|failure| failure.code),
+            opened.err().map(|failure| failure.code()),
             code,
             "{answers:?}"
         );
@@ -252,11 +252,11 @@ fn refused_frame_and_lost_adapter_are_errors() {
         .unwrap();
     // A late call still reads the frames that have arrived.
     let past = adapter.now();
-    assert_eq!(adapter.receive(past).unwrap_err().code, "frame-refused");
+    assert_eq!(adapter.receive(past).unwrap_err().code(), "frame-refused");
     shared.0.borrow_mut().ended = true;
     let failure = adapter.receive(past).unwrap_err();
     assert_eq!(
-        (failure.code, failure.kind.exit_code()),
+        (failure.code(), failure.kind().exit_code()),
         ("adapter-lost", 4)
     );
 }
@@ -271,7 +271,7 @@ fn refused_frame_is_noticed_after_frames_that_were_answered_with_cr() {
             .unwrap();
     }
     let now = adapter.now();
-    assert_eq!(adapter.receive(now).unwrap_err().code, "frame-refused");
+    assert_eq!(adapter.receive(now).unwrap_err().code(), "frame-refused");
 }
 
 #[test]

@@ -90,10 +90,10 @@ fn adapter(text: Option<&'static str>) -> (SocketCan<Fake>, Fake) {
 fn interface_that_does_not_only_listen_is_not_opened_for_listening() {
     let (mut adapter, fake) = adapter(Some(UP));
     let failure = adapter.open(Some(BitRate::K250), Mode::Listen).unwrap_err();
-    assert_eq!(failure.code, "no-listen-only");
+    assert_eq!(failure.code(), "no-listen-only");
     assert!(
         failure
-            .message
+            .to_string()
             .contains("ip link set can0 type can bitrate 250000 listen-only on")
     );
     assert!(!fake.0.borrow().open);
@@ -103,8 +103,11 @@ fn interface_that_does_not_only_listen_is_not_opened_for_listening() {
 fn interface_with_another_rate_is_refused_with_what_to_type() {
     let (mut adapter, fake) = adapter(Some(UP));
     let failure = adapter.open(Some(BitRate::K125), Mode::Active).unwrap_err();
-    assert_eq!((failure.code, failure.kind.exit_code()), ("wrong-rate", 4));
-    assert!(failure.message.contains("bitrate 125000"));
+    assert_eq!(
+        (failure.code(), failure.kind().exit_code()),
+        ("wrong-rate", 4)
+    );
+    assert!(failure.to_string().contains("bitrate 125000"));
     assert!(!fake.0.borrow().open);
     adapter.open(Some(BitRate::K250), Mode::Active).unwrap();
     assert!(fake.0.borrow().open);
@@ -114,7 +117,7 @@ fn interface_with_another_rate_is_refused_with_what_to_type() {
 fn listening_interface_is_opened_for_listening_only() {
     let (mut adapter, fake) = adapter(Some(LISTENING));
     assert_eq!(
-        adapter.open(None, Mode::Active).unwrap_err().code,
+        adapter.open(None, Mode::Active).unwrap_err().code(),
         "only-listens"
     );
     adapter.open(None, Mode::Listen).unwrap();
@@ -162,7 +165,7 @@ fn missing_interface_names_the_next_step() {
     let fake = Fake::default();
     fake.0.borrow_mut().missing = true;
     let failure = SocketCan::new(fake, "can7").err().unwrap();
-    assert!(failure.message.contains("ip link"), "{failure}");
+    assert!(failure.to_string().contains("ip link"), "{failure}");
 }
 
 /// Scans an interface with a node that sends this heartbeat, but answers nothing. Returns the failure, the rows, and the notes.
@@ -226,7 +229,7 @@ fn says_that_it_takes_part(notes: &str) {
 #[test]
 fn scan_of_active_interface_without_traffic_says_that_it_acknowledges() {
     let (failure, _, notes, fake) = scanned(UP, &[]);
-    assert_eq!(failure.unwrap().code, "nothing-found");
+    assert_eq!(failure.unwrap().code(), "nothing-found");
     assert!(fake.0.borrow().written.is_empty());
     says_that_it_takes_part(&notes);
     let last = "nothing was sent, but the messages of other devices were acknowledged\n";
@@ -286,7 +289,7 @@ fn opened(text: &'static str) -> [Option<Error>; 2] {
 
 #[test]
 fn interface_without_a_wire_is_opened_at_each_rate_by_its_kind_only() {
-    let kind = |text| opened(text).map(|failure| failure.map(|own| own.code));
+    let kind = |text| opened(text).map(|failure| failure.map(|own| own.code()));
     for text in [
         r#"[{"ifname":"bus7","link_type":"can","linkinfo":{"info_kind":"vcan"}}]"#,
         r#"[{"ifname":"vx0","link":"vx1","link_type":"can","linkinfo":{"info_kind":"vxcan"}}]"#,
@@ -308,8 +311,8 @@ fn advice_for_an_interface_is_one_that_its_kind_permits() {
     let old = r#"[{"ifname":"slcan0","link_type":"can"}]"#;
     let [listening, active] = opened(old);
     let listening = listening.unwrap();
-    assert_eq!(listening.code, "no-listen-only");
-    assert!(!listening.message.contains("type can"), "{listening}");
+    assert_eq!(listening.code(), "no-listen-only");
+    assert!(!listening.to_string().contains("type can"), "{listening}");
     assert_eq!(active, None);
     let virtual_one = r#"[{"link_type":"can","linkinfo":{"info_kind":"vxcan"}}]"#;
     for (text, command) in [
@@ -320,7 +323,7 @@ fn advice_for_an_interface_is_one_that_its_kind_permits() {
         let (mut adapter, fake) = adapter(Some(text));
         fake.0.borrow_mut().is_down = true;
         let failure = adapter.open(Some(BitRate::K250), Mode::Active).unwrap_err();
-        assert!(failure.message.contains(command), "{failure}");
+        assert!(failure.to_string().contains(command), "{failure}");
     }
 }
 
@@ -329,5 +332,8 @@ fn interface_of_another_network_is_no_adapter() {
     let fake = Fake::default();
     fake.0.borrow_mut().text = Some(r#"[{"ifname":"eth0","link_type":"ether"}]"#);
     let failure = SocketCan::new(fake, "eth0").err().unwrap();
-    assert!(failure.message.contains("not a CAN interface"), "{failure}");
+    assert!(
+        failure.to_string().contains("not a CAN interface"),
+        "{failure}"
+    );
 }

@@ -9,7 +9,7 @@
 
 use crate::backup::{Unread, read_text, write_file};
 use crate::calibrate::rest::Average;
-use crate::error::Error;
+use crate::error::{CalibrationError, Error};
 use host_tests::calibrate::{ELEMENT, HEADER, HEADER_WITHOUT_RATE, Side, element, set_at};
 use plumbline::measure::calibration::Part;
 use std::path::Path;
@@ -41,11 +41,8 @@ impl<'a> Measurement<'a> {
                 format!("{HEADER}\n")
             }
             Err(error) => {
-                let shown = path.display();
-                let message = format!(
-                    "cannot read {shown} ({error}): `plumbline calibrate {shown} -- COMMAND` measures, with the command that prints the log"
-                );
-                return Err(Error::bus("no-file", message));
+                let shown = path.display().to_string();
+                return Err(CalibrationError::Unread(shown, error.to_string()).into());
             }
         };
         let own = text.lines().find_map(|line| line.strip_prefix(SERIAL));
@@ -66,11 +63,8 @@ impl<'a> Measurement<'a> {
     pub(super) fn is_of(&mut self, serial: u32) -> Result<(), Error> {
         match self.serial {
             Some(own) if own != serial => {
-                let shown = self.path.display();
-                let message = format!(
-                    "{shown} belongs to the unit with serial number {own}, not of {serial}: choose another file"
-                );
-                Err(Error::usage("wrong-file", message))
+                let shown = self.path.display().to_string();
+                Err(CalibrationError::OtherSerial(shown, own, serial).into())
             }
             Some(_) => Ok(()),
             None => {
@@ -84,17 +78,11 @@ impl<'a> Measurement<'a> {
     /// The unit has this measuring element. A file with positions and without an element is that of an ISM330DHCX.
     pub(super) fn is_with(&mut self, part: Part) -> Result<(), Error> {
         let shown = self.path.display().to_string();
-        let bad = |why| Error::usage("bad-file", why);
-        let named = element(&shown, &self.text).map_err(bad)?;
+        let named = element(&shown, &self.text).map_err(CalibrationError::Measurement)?;
         let has_positions = self.text.lines().any(|line| line.starts_with(['+', '-']));
         match named.or(has_positions.then_some(Part::default())) {
             Some(own) if own != part => {
-                let message = format!(
-                    "{shown} is the measurement of a unit with {}, not with {}: choose another file",
-                    own.name(),
-                    part.name()
-                );
-                Err(Error::usage("wrong-file", message))
+                Err(CalibrationError::OtherElement(shown, own.name(), part.name()).into())
             }
             Some(_) => Ok(()),
             None => {
@@ -116,7 +104,7 @@ impl<'a> Measurement<'a> {
     /// The set at a temperature, and its sides; see [`set_at`].
     pub(super) fn set_at(&self, temperature: f64) -> Result<Option<(f64, Vec<Side>)>, Error> {
         let name = self.path.display().to_string();
-        set_at(&name, &self.text, temperature).map_err(|why| Error::usage("bad-file", why))
+        Ok(set_at(&name, &self.text, temperature).map_err(CalibrationError::Measurement)?)
     }
 
     /// Adds a position and writes the file.

@@ -63,14 +63,14 @@ fn identity_that_cannot_be_read_is_asked_about() {
     assert_eq!(questions, [expected.concat()]);
     let (result, questions, _) = checked(foreign(), answers, false);
     let failure = result.unwrap_err();
-    assert_eq!((failure.code, questions.len()), ("wrong-product", 1));
-    assert!(failure.message.contains("--yes"), "{failure}");
+    assert_eq!((failure.code(), questions.len()), ("wrong-product", 1));
+    assert!(failure.to_string().contains("--yes"), "{failure}");
 }
 
 #[test]
 fn other_product_code_is_asked_about_once() {
     let (result, questions, _) = checked(foreign(), [says(1, 0x12345), says(2, 4712)], false);
-    assert_eq!(result.unwrap_err().code, "wrong-product");
+    assert_eq!(result.unwrap_err().code(), "wrong-product");
     let expected =
         "The data sheet is for product code 1267h, but the device says 1268h. Use it anyway?";
     assert_eq!(questions, [expected]);

@@ -7,7 +7,7 @@
 mod tpdo;
 
 use crate::cyclic::{LISTENS, Layout, Message, NOT_PUT_BACK, SLICE, Source, Started, Stream};
-use crate::error::Error;
+use crate::error::{Error, RequestError, SensorError, What};
 use crate::link::{Link, stopped};
 use crate::master::canopen::nmt::{self, State};
 use crate::master::canopen::sdo::{Answer, Server};
@@ -69,8 +69,7 @@ pub(super) fn start(
         return listened(session, node, sampler, own, terminal);
     }
     let Some(state) = nmt::state(&mut session.link, node)? else {
-        let message = "the NMT state of the node is unknown (no heartbeat, 1017h), so the tool does not start the node: start it with another NMT master, or leave out --cyclic";
-        return Err(Error::refused("not-offered", message));
+        return Err(SensorError::NoHeartbeat.into());
     };
     let was_operational = state == State::Operational;
     let (longest, _) = LISTENS;
@@ -170,8 +169,7 @@ fn confirmed(number: u16, terminal: &mut Terminal) -> Result<(), Error> {
     if terminal.ask(&Question::Tpdo(number + 1))? {
         return Ok(());
     }
-    let message = "nothing has changed: --yes=cyclic answers the question";
-    Err(Error::usage("not-confirmed", message))
+    Err(RequestError::TpdoNotConfirmed.into())
 }
 
 /// What the user must know of a TPDO that is sent already.
@@ -303,8 +301,7 @@ fn chosen(
 }
 
 fn not_mapped() -> Error {
-    let message = "no TPDO of the sensor has all angles, an event timer, and a unique COB-ID from 181h to 57Fh: set them (1800h, 1A00h), or leave out --cyclic";
-    Error::refused("not-offered", message)
+    SensorError::NoTpdo.into()
 }
 
 impl Pdo {
@@ -328,7 +325,7 @@ impl Pdo {
             if bytes == [EVENT[0]] && matches!(answer, Answer::Aborted(_)) {
                 answer = server.write(link, index, sub, &[EVENT[1]])?;
             }
-            answer.must(server, "to send its angles")?;
+            answer.must(server, What::Angles)?;
         }
         if !before.was_operational {
             before.has_started = true;
@@ -353,7 +350,7 @@ impl Stream for Pdo {
         let server = Server::of(self.node);
         for (index, sub, bytes) in before.tpdo.writes(before.with_mapping) {
             let written = server.put_back(link, (index, sub), &bytes);
-            let written = written.and_then(|answer| answer.must(server, "its old settings"));
+            let written = written.and_then(|answer| answer.must(server, What::Settings));
             done = done.and(written);
         }
         link.set_ending(was_ending);

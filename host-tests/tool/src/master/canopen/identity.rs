@@ -1,6 +1,6 @@
 //! What a sensor with an SDO server tells about itself.
 
-use crate::error::Error;
+use crate::error::{Error, What};
 use crate::master::canopen::sdo::{Answer, Server};
 use crate::ops::identity::{Values, numbers, texts};
 use crate::session::Session;
@@ -21,7 +21,7 @@ pub(super) fn told(session: &mut Session, server: Server) -> Result<Values, Erro
         match answer {
             Answer::Aborted(_) => Ok(None),
             answer => answer
-                .must(server, &format!("to read {index:04X}h"))
+                .must(server, What::Read(format!("{index:04X}h")))
                 .map(Some),
         }
     };

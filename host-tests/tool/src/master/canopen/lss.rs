@@ -1,8 +1,7 @@
 //! CANopen layer setting services, master (CiA 305): fastscan of nodes without node-ID, and the bit rate of a known node.
 
-use crate::error::Error;
+use crate::error::{Error, Next, Refusal, Silence, What};
 use crate::link::Link;
-use crate::master::refusal;
 use plumbline::can::{BitRate, CanId, Frame};
 use plumbline::canopen::cob_id::{LSS_REPLY, LSS_REQUEST};
 use plumbline::canopen::lss::{BEGIN_SCAN, BIT_RATES, answer, command};
@@ -88,48 +87,39 @@ pub fn store_rate(link: &mut Link, identity: Identity, index: u8) -> Result<(), 
         selected = ask(link, request, time)?;
     }
     if selected.is_none_or(|bytes| bytes[0] != answer::SELECTED) {
-        let message = "no node has answered to the selection by LSS: does another node have the same identity (1018h)?";
-        return Err(Error::silent("no-answer", message));
+        return Err(Silence::Selection.into());
     }
     must(
         link,
         [command::BIT_TIMING, 0, index, 0, 0, 0, 0, 0],
         ANSWER,
-        "the bit rate",
+        What::BitRate,
     )?;
     must(
         link,
         [command::STORE, 0, 0, 0, 0, 0, 0, 0],
         STORED,
-        "to store it",
+        What::Store,
     )
 }
 
 /// A request with an error code in its answer.
-fn must(link: &mut Link, bytes: [u8; 8], time: Duration, what: &str) -> Result<(), Error> {
+fn must(link: &mut Link, bytes: [u8; 8], time: Duration, what: What) -> Result<(), Error> {
     match ask(link, bytes, time)? {
         Some([own, 0, ..]) if own == bytes[0] => Ok(()),
         Some([_, error, ..]) => Err(refused(bytes[0], error, what)),
-        None => Err(Error::silent(
-            "no-answer",
-            "the sensor does not answer LSS requests: `plumbline scan` finds it",
-        )),
+        None => Err(Silence::Lss.into()),
     }
 }
 
 /// The sensor has answered a request with an error code. Error 1 says that it does not have the bit rate, or cannot store by LSS.
-fn refused(request: u8, error: u8, what: &str) -> Error {
+fn refused(request: u8, error: u8, what: What) -> Error {
     let next = match (request, error) {
-        (command::BIT_TIMING, 1) => "The sensor does not have this bit rate: choose another one",
-        (command::STORE, 1) => {
-            "Write the bit rate with `plumbline set`, and store it with `plumbline save`"
-        }
-        _ => refusal::REPEAT,
+        (command::BIT_TIMING, 1) => Next::OtherRate,
+        (command::STORE, 1) => Next::SetRate,
+        _ => Next::Repeat,
     };
-    let message = format!(
-        "the sensor refused {what} (LSS error {error}): its bit rate has not changed. {next}"
-    );
-    Error::refused("refused", message)
+    Refusal::Lss(what, error, next).into()
 }
 
 /// Switches all nodes to waiting.
@@ -150,7 +140,7 @@ mod tests {
 
     #[test]
     fn refusal_of_a_bit_rate_does_not_advise_to_repeat() {
-        let message = |request, error| refused(request, error, "the bit rate").message;
+        let message = |request, error| refused(request, error, What::BitRate).to_string();
         let unknown = message(command::BIT_TIMING, 1);
         assert!(unknown.contains("choose another one"), "{unknown}");
         assert!(!unknown.to_lowercase().contains("repeat"), "{unknown}");

@@ -14,7 +14,7 @@ pub(super) use session::{commands, load, loads_at_restart, object, own, read, sa
 
 use super::{Master, Protocol, Roles, Storing, Target};
 use crate::cyclic::{Source, Started};
-use crate::error::Error;
+use crate::error::{Error, RequestError};
 use crate::identify::Found;
 use crate::link::Link;
 use crate::master::canopen::sdo::Answer;
@@ -40,7 +40,7 @@ pub const PROTOCOL: Protocol = Protocol {
     value: "N",
     kind: "node-ID",
     range: 1..=127,
-    lacks: "has no node-ID here",
+    lacks: RequestError::NoNodeId,
     command: Some("node-id"),
     target,
     roles,
@@ -89,8 +89,7 @@ fn roles(product: &Product) -> Option<Roles> {
 /// The node with this number in the parameter of the node-ID.
 fn at(node: u32) -> Result<Target, Error> {
     if node == u32::from(UNCONFIGURED) {
-        let message = "the node-ID is 255 after the restart, so the tool cannot read from the sensor: give it one with `plumbline node-id`";
-        return Err(Error::usage("no-address", message));
+        return Err(RequestError::NodeId255.into());
     }
     Ok(Target::Canopen(Node(node as u8)))
 }

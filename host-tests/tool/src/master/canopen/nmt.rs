@@ -6,7 +6,7 @@
 //! ```
 
 use super::sdo::{Answer, Server};
-use crate::error::Error;
+use crate::error::{Error, SensorError};
 use crate::link::Link;
 use plumbline::can::{CanId, Frame};
 use plumbline::canopen::cob_id::{ERROR_CONTROL, NMT};
@@ -76,13 +76,9 @@ pub fn state(link: &mut Link, node: u8) -> Result<Option<State>, Error> {
     // It must not stay: a command that follows can store it, and a node with a heartbeat does not answer node guarding.
     match server.put_back(link, (HEARTBEAT, 0), &present)? {
         Answer::Done(()) => state,
-        Answer::Silent | Answer::Aborted(_) => Err(Error::refused(
-            "not-put-back",
-            format!(
-                "the tool could not restore the heartbeat time of {}, which is {OWN} ms now: write {period} ms to 1017h, or restart the node",
-                server.peer
-            ),
-        )),
+        Answer::Silent | Answer::Aborted(_) => {
+            Err(SensorError::Heartbeat(node, OWN, period).into())
+        }
     }
 }
 

@@ -1,6 +1,6 @@
 //! One request to an SDO server: INDEX:SUB reads, INDEX:SUB=DATA writes, hexadecimal.
 
-use crate::error::Error;
+use crate::error::{Error, Refusal, What};
 use crate::link::Link;
 use crate::master::canopen::sdo::{Answer, Server, reason};
 use crate::ops::raw::{bad, bytes, joined};
@@ -27,7 +27,7 @@ pub(in crate::master) fn send(
     let (index, sub) = address.split_once(':').unwrap_or((address, "0"));
     let index = u16::from_str_radix(index.trim(), 16).map_err(|_| bad(request))?;
     let sub = u8::from_str_radix(sub.trim(), 16).map_err(|_| bad(request))?;
-    let what = format!("{index:04X}h:{sub:02X}");
+    let what = What::Name(format!("{index:04X}h:{sub:02X}"));
     match data {
         Some(data) => {
             let answer = server.write(link, index, sub, &data)?;
@@ -35,22 +35,17 @@ pub(in crate::master) fn send(
                 && LENGTHS.contains(&code)
                 && let Answer::Done(own) = server.read(link, index, sub)?
             {
-                return Err(wrong_length(&what, code, data, own.len()));
+                return Err(wrong_length(what, code, data, own.len()));
             }
-            answer.must(server, &what)?;
+            answer.must(server, what)?;
             Ok(Vec::new())
         }
-        None => server.read(link, index, sub)?.must(server, &what),
+        None => server.read(link, index, sub)?.must(server, what),
     }
 }
 
 /// The sensor has refused the number of bytes.
-fn wrong_length(what: &str, code: u32, mut data: Vec<u8>, length: usize) -> Error {
+fn wrong_length(what: What, code: u32, mut data: Vec<u8>, length: usize) -> Error {
     data.resize(length, 0);
-    let message = format!(
-        "the sensor refused {what}: {} ({code:08X}h). The object has {length} bytes: write all bytes of the object, for example {}",
-        reason(code),
-        joined(&data)
-    );
-    Error::refused("refused", message)
+    Refusal::Length(what, reason(code), code, length, joined(&data)).into()
 }

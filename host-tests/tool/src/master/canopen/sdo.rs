@@ -13,14 +13,13 @@
 
 mod reasons;
 
-use crate::error::Error;
+use crate::error::{Error, Refusal, SensorError, Silence, What};
 use crate::link::Link;
 use plumbline::can::{CanId, Frame};
 use plumbline::canopen::Abort;
 use plumbline::canopen::cob_id::{SDO_REPLY, SDO_REQUEST};
 use plumbline::j1939::identifier::{Identifier, PROPRIETARY_A};
 use plumbline::time::{Duration, millis};
-use std::fmt::{self, Display, Formatter};
 
 use reasons::next_step;
 pub(crate) use reasons::reason;
@@ -59,27 +58,19 @@ impl<T> Answer<T> {
     ///
     /// # Errors
     /// It was aborted, or nobody answers.
-    pub fn must(self, peer: impl Into<Peer>, what: &str) -> Result<T, Error> {
+    pub fn must(self, peer: impl Into<Peer>, what: What) -> Result<T, Error> {
         match self {
             Self::Done(done) => Ok(done),
-            Self::Aborted(code) => Err(Error::refused(
-                match code {
-                    WRONG_STATE => "wrong-state",
-                    _ => "refused",
-                },
-                format!(
-                    "the sensor refused {what}: {} ({code:08X}h). {}",
-                    reason(code),
-                    next_step(code)
-                ),
-            )),
-            Self::Silent => Err(Error::silent(
-                "no-answer",
-                format!(
-                    "{} does not answer: `plumbline scan` finds the sensor",
-                    peer.into()
-                ),
-            )),
+            Self::Aborted(code @ WRONG_STATE) => {
+                Err(SensorError::WrongState(what, reason(code), code, next_step(code)).into())
+            }
+            Self::Aborted(code) => {
+                Err(Refusal::Sdo(what, reason(code), code, next_step(code)).into())
+            }
+            Self::Silent => Err(match peer.into() {
+                Peer::Node(node) => Silence::Node(node).into(),
+                Peer::Address(address) => Silence::J1939Node(address).into(),
+            }),
         }
     }
 }
@@ -102,15 +93,6 @@ impl From<u8> for Peer {
 impl From<Server> for Peer {
     fn from(server: Server) -> Self {
         server.peer
-    }
-}
-
-impl Display for Peer {
-    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Node(node) => write!(f, "node {node}"),
-            Self::Address(address) => write!(f, "the J1939 node with the address {address}"),
-        }
     }
 }
 

@@ -2,7 +2,7 @@
 
 use super::Node;
 use super::tables;
-use crate::error::Error;
+use crate::error::{Error, RequestError, What};
 use crate::master::canopen::lss;
 use crate::master::canopen::nmt::{self, Command};
 use crate::master::canopen::sdo::Server;
@@ -24,13 +24,13 @@ const SERIAL: u8 = 4;
 
 /// The tables of the product of a session.
 pub(in crate::master) fn own(session: &Session) -> Result<&'static Tables, Error> {
-    tables(session.sheet.product).ok_or_else(|| unexpected("the request"))
+    tables(session.sheet.product).ok_or_else(|| unexpected(What::Request))
 }
 
 fn place(entry: &Entry) -> Result<(u16, u8), Error> {
     match entry.address {
         Address::Object { index, sub } => Ok((index, sub)),
-        _ => Err(unexpected(&entry.name)),
+        _ => Err(unexpected(What::Name(entry.name.clone()))),
     }
 }
 
@@ -42,7 +42,7 @@ pub(in crate::master) fn read(
 ) -> Result<Vec<u8>, Error> {
     let (index, sub) = place(entry)?;
     let answer = server.read(&mut session.link, index, sub)?;
-    answer.must(server, &format!("to read {}", entry.name))
+    answer.must(server, What::Read(entry.name.clone()))
 }
 
 /// Writes an entry.
@@ -52,8 +52,8 @@ pub(in crate::master) fn write(
     entry: &Entry,
     bytes: &[u8],
 ) -> Result<(), Error> {
-    let what = format!("to write {}", entry.name);
-    object(session, server, place(entry)?, bytes, &what)
+    let what = What::Write(entry.name.clone());
+    object(session, server, place(entry)?, bytes, what)
 }
 
 /// Writes an object; the answer can come when the memory is written.
@@ -62,7 +62,7 @@ pub(in crate::master) fn object(
     server: Server,
     (index, sub): (u16, u8),
     bytes: &[u8],
-    what: &str,
+    what: What,
 ) -> Result<(), Error> {
     let server = server.patient();
     let answer = server.write(&mut session.link, index, sub, bytes)?;
@@ -76,10 +76,9 @@ pub(in crate::master) fn save(
 ) -> Result<&'static str, Error> {
     let is = |service| matches!(service, Service::Store | Service::StoreGroup);
     let [first, ..] = services(own(session)?, is)[..] else {
-        let message = "the device has no object that stores its parameters (1010h)";
-        return Err(Error::usage("not-offered", message));
+        return Err(RequestError::NoSave.into());
     };
-    object(session, server, first, b"save", "save")?;
+    object(session, server, first, b"save", What::Save)?;
     Ok("stored")
 }
 
@@ -98,14 +97,14 @@ pub(in crate::master) fn load(
     // The last sub-index restores everything.
     let groups = services(tables, |service| service == Service::RestoreGroup);
     if let Some(all) = groups.last() {
-        object(session, server, *all, b"load", "load")?;
+        object(session, server, *all, b"load", What::Load)?;
         return Ok(AT_RESTART);
     }
     for one in services(tables, |service| service == Service::RestoreCommunication) {
-        object(session, server, one, b"load", "load")?;
+        object(session, server, one, b"load", What::Load)?;
     }
     for one in commands(tables, Starts::Restore) {
-        object(session, server, one, &[1], "load")?;
+        object(session, server, one, &[1], What::Load)?;
     }
     Ok("factory values are loaded; node-ID and bit rate act after a restart")
 }
@@ -117,13 +116,13 @@ impl Node {
 
     pub(super) fn serial_in(self, session: &mut Session) -> Result<Option<u32>, Error> {
         let answer = self.server().read(&mut session.link, IDENTITY, SERIAL)?;
-        let serial = answer.must(self.0, "to read the serial number")?;
+        let serial = answer.must(self.0, What::Serial)?;
         Ok(Some(number(&serial)))
     }
 
     pub(super) fn restart_in(self, session: &mut Session) -> Result<(), Error> {
         let answer = self.server().read(&mut session.link, 0x1000, 0)?;
-        answer.must(self.0, "to read the device type")?;
+        answer.must(self.0, What::DeviceType)?;
         nmt::send(&mut session.link, Command::ResetNode, self.0)
     }
 
@@ -135,7 +134,7 @@ impl Node {
         let mut identity = [0; 4];
         for (sub, own) in (1..).zip(&mut identity) {
             let answer = self.server().read(&mut session.link, IDENTITY, sub)?;
-            *own = number(&answer.must(self.0, "to read the identity")?);
+            *own = number(&answer.must(self.0, What::Identity)?);
         }
         let stored = lss::store_rate(&mut session.link, identity, index);
         lss::release(&mut session.link)?;

@@ -1,7 +1,6 @@
 //! The explicit connection of a session, and the requests on it.
 
-use crate::connect;
-use crate::error::Error;
+use crate::error::{Error, SensorError, What};
 use crate::master::devicenet::explicit::{Path, Response, Slave};
 use crate::session::{Session, unexpected};
 use crate::sheet::{Address, Entry};
@@ -41,11 +40,11 @@ impl Slave {
         session.connection.is_allocated = true;
         if let Some(expected) = session.expected {
             let told = self.get(&mut session.link, IDENTITY, SERIAL)?;
-            let told = number(&told.must(self.mac, "to read the serial number")?);
+            let told = number(&told.must(self.mac, What::Serial)?);
             if told != expected {
                 session.release()?;
                 let what = format!("serial {told} at MAC ID {}", self.mac);
-                return Err(connect::other(&what));
+                return Err(SensorError::Other(what).into());
             }
         }
         Ok(())
@@ -83,7 +82,7 @@ impl Slave {
         if used.is_none_or(|used| session.link.now() >= after(used, FRESH)) {
             // A connection that has ended is allocated again, with the check.
             let told = self.request_in(session, service::GET, IDENTITY, &[SERIAL])?;
-            told.must(self.mac, "to read the serial number")?;
+            told.must(self.mac, What::Serial)?;
         }
         Ok(())
     }
@@ -91,7 +90,7 @@ impl Slave {
     pub(super) fn read_in(self, session: &mut Session, entry: &Entry) -> Result<Vec<u8>, Error> {
         let (path, attribute) = place(entry)?;
         let response = self.request_in(session, service::GET, path, &[attribute])?;
-        let bytes = response.must(self.mac, &format!("to read {}", entry.name))?;
+        let bytes = response.must(self.mac, What::Read(entry.name.clone()))?;
         Ok(match entry.data_type {
             DataType::Text => short_string(&bytes).to_vec(),
             _ => bytes,
@@ -107,15 +106,15 @@ impl Slave {
         let (path, attribute) = place(entry)?;
         let data = [&[attribute], bytes].concat();
         let response = self.request_in(session, service::SET, path, &data)?;
-        let what = format!("to write {}", entry.name);
-        response.must(self.mac, &what).map(|_| ())
+        let what = What::Write(entry.name.clone());
+        response.must(self.mac, what).map(|_| ())
     }
 
     /// The reset service of the identity object. It ends the connection.
     pub(super) fn reset(self, session: &mut Session, kind: u8) -> Result<(), Error> {
         let response = self.request_in(session, service::RESET, IDENTITY, &[kind])?;
         session.connection.is_allocated = false;
-        response.must(self.mac, "the reset").map(|_| ())
+        response.must(self.mac, What::Reset).map(|_| ())
     }
 }
 
@@ -127,7 +126,7 @@ fn place(entry: &Entry) -> Result<(Path, u8), Error> {
             instance,
             attribute,
         } => Ok((Path { class, instance }, attribute)),
-        _ => Err(unexpected(&entry.name)),
+        _ => Err(unexpected(What::Name(entry.name.clone()))),
     }
 }
 

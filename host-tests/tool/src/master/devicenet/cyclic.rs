@@ -11,7 +11,7 @@
 //! ```
 
 use crate::cyclic::{LISTENS, Layout, Message, Started, Stream};
-use crate::error::{Error, Kind};
+use crate::error::{Error, Kind, SensorError, What};
 use crate::link::Link;
 use crate::master::devicenet::explicit::{Path, Slave};
 use crate::output::Terminal;
@@ -77,10 +77,7 @@ pub(super) fn start(
     let layout = assembly.map(|own| taken(session, slave, own, sampler));
     let Some(layout) = layout.transpose()?.flatten() else {
         let (name, text) = (&entry.name, entry.text(instance));
-        let message = format!(
-            "{name} is {text}, so the response to a poll has no angle: set {name}, or leave out --cyclic"
-        );
-        return Err(Error::refused("not-offered", message));
+        return Err(SensorError::NoAngle(name.clone(), text).into());
     };
     let mut io = Io {
         slave,
@@ -150,19 +147,13 @@ fn listened(
     })?;
     let Some(size) = size else {
         let mac = slave.mac;
-        let message = format!(
-            "another master owns the sensor with MAC ID {mac}, and no I/O message of the sensor comes: stop that master and repeat"
-        );
-        return Err(Error::refused("owned", message));
+        return Err(SensorError::OwnedSilent(mac).into());
     };
     let mut assemblies = tables.assemblies.iter();
     let assembly = assemblies.find(|own| usize::from(own.size()) == size);
     let layout = assembly.map(|own| taken(session, slave, own, sampler));
     let Some(layout) = layout.transpose()?.flatten() else {
-        let message = format!(
-            "the I/O messages of the sensor have {size} bytes, which are no angles of this product: is --product right?"
-        );
-        return Err(Error::usage("wrong-product", message));
+        return Err(SensorError::IoSize(size).into());
     };
     let layouts = slave.io().map(|id| Layout {
         id,
@@ -200,7 +191,7 @@ impl Io {
         let slave = self.slave;
         if let Err(failure) = slave.allocate_poll(&mut session.link) {
             // Without an answer it can be allocated.
-            if !matches!(failure.kind, Kind::Silent | Kind::Bus) {
+            if !matches!(failure.kind(), Kind::Silent | Kind::Bus) {
                 self.polls = None;
             }
             return Err(failure);
@@ -208,7 +199,7 @@ impl Io {
         let rate = (every.max(LEAST) as u16).to_le_bytes();
         let data = [RATE, rate[0], rate[1]];
         let response = slave.request_in(session, service::SET, CONNECTION, &data)?;
-        response.must(slave.mac, "the expected packet rate")?;
+        response.must(slave.mac, What::PacketRate)?;
         if let Some(polls) = &mut self.polls {
             polls.next = session.link.now();
         }

@@ -9,9 +9,8 @@
 //!                        80h + .. fragment  data                                   a part of a longer response
 //! ```
 
-use crate::error::Error;
+use crate::error::{Error, Next, Reason, Refusal, SensorError, Silence, What};
 use crate::link::Link;
-use crate::master::refusal;
 use plumbline::can::{CanId, Frame};
 use plumbline::devicenet::choice::{EXPLICIT, POLL};
 use plumbline::devicenet::identifiers::{Group1, group_2, group_2_id};
@@ -49,21 +48,13 @@ impl Response {
     ///
     /// # Errors
     /// It was refused, or nobody answers.
-    pub fn must(self, mac: u8, what: &str) -> Result<Vec<u8>, Error> {
+    pub fn must(self, mac: u8, what: What) -> Result<Vec<u8>, Error> {
         match self {
             Self::Done(data) => Ok(data),
-            Self::Refused(code, more) => Err(Error::refused(
-                "refused",
-                format!(
-                    "the sensor refused {what}: {} ({code:02X}h, {more:02X}h). {}",
-                    reason(code),
-                    next_step(code)
-                ),
-            )),
-            Self::Silent => Err(Error::silent(
-                "no-answer",
-                format!("MAC ID {mac} does not answer: `plumbline scan` finds the sensor"),
-            )),
+            Self::Refused(code, more) => {
+                Err(Refusal::Explicit(what, reason(code), code, more, next_step(code)).into())
+            }
+            Self::Silent => Err(Silence::MacId(mac).into()),
         }
     }
 }
@@ -121,12 +112,9 @@ impl Slave {
         }
         if let Response::Refused(general::STATE, _) = response {
             let mac = self.mac;
-            let message = format!(
-                "another master owns the sensor with MAC ID {mac}: it is only listened to; stop that master and repeat"
-            );
-            return Err(Error::refused("owned", message));
+            return Err(SensorError::Owned(mac).into());
         }
-        response.must(self.mac, "the allocation").map(|_| ())
+        response.must(self.mac, What::Allocation).map(|_| ())
     }
 
     /// Releases the explicit connection, also if the user wants to stop.
@@ -144,7 +132,7 @@ impl Slave {
     pub fn release_poll(self, link: &mut Link) -> Result<(), Error> {
         match self.release_choice(link, POLL)? {
             Response::Refused(general::ALREADY, _) => Ok(()),
-            response => response.must(self.mac, "the release").map(|_| ()),
+            response => response.must(self.mac, What::Release).map(|_| ()),
         }
     }
 
@@ -221,12 +209,8 @@ impl Slave {
     ) -> Result<Response, Error> {
         let mut bytes = vec![self.master(), code, path.class, path.instance];
         bytes.extend_from_slice(data);
-        let request = Frame::data(self.id(message).into(), &bytes).ok_or_else(|| {
-            Error::usage(
-                "too-long",
-                "an explicit request has at most four bytes of data",
-            )
-        })?;
+        let request =
+            Frame::data(self.id(message).into(), &bytes).ok_or(SensorError::LongRequest)?;
         let (master, answer) = (self.master(), self.id(group_2::RESPONSE));
         let is_own = |frame: &Frame| {
             let header = frame.bytes().first().map(|header| header & 0x3F);
@@ -282,30 +266,30 @@ fn response(code: u8, body: &[u8]) -> Response {
 }
 
 /// What to do after an error with this code.
-fn next_step(code: u8) -> &'static str {
+fn next_step(code: u8) -> Next {
     match code {
-        general::ALREADY | general::STATE | 0x10 => refusal::WRONG_STATE,
-        general::RESOURCE => refusal::REPEAT,
-        _ => refusal::LIST,
+        general::ALREADY | general::STATE | 0x10 => Next::State,
+        general::RESOURCE => Next::Repeat,
+        _ => Next::List,
     }
 }
 
 /// The meaning of a general error code. The codes that the sensors of the core do not use come from the CIP specification.
-pub fn reason(code: u8) -> &'static str {
+pub fn reason(code: u8) -> Reason {
     match code {
-        general::RESOURCE => "the resource is not available",
-        general::SERVICE => "there is no such service",
-        general::VALUE => "the value is not permitted",
-        general::ALREADY => "already in this state",
-        general::STATE | 0x10 => "not in the present state of the device",
-        general::NOT_SETTABLE => "the attribute can only be read",
-        0x0F => "the permission is missing",
-        general::TOO_LITTLE => "there is not enough data",
-        general::ATTRIBUTE => "there is no such attribute",
-        general::TOO_MUCH => "there is too much data",
-        general::OBJECT => "there is no such object",
-        0x1F => "a vendor specific error",
-        general::PARAMETER => "a parameter of the service is not permitted",
-        _ => "general error",
+        general::RESOURCE => Reason::Resource,
+        general::SERVICE => Reason::Service,
+        general::VALUE => Reason::Value,
+        general::ALREADY => Reason::Already,
+        general::STATE | 0x10 => Reason::State,
+        general::NOT_SETTABLE => Reason::AttributeReadOnly,
+        0x0F => Reason::Permission,
+        general::TOO_LITTLE => Reason::TooLittle,
+        general::ATTRIBUTE => Reason::NoAttribute,
+        general::TOO_MUCH => Reason::TooMuch,
+        general::OBJECT => Reason::NoObject,
+        0x1F => Reason::Vendor,
+        general::PARAMETER => Reason::Parameter,
+        _ => Reason::General,
     }
 }

@@ -2,7 +2,7 @@
 
 use super::connection::IDENTITY;
 use super::tables;
-use crate::error::Error;
+use crate::error::{Error, SensorError};
 use crate::identify::{Found, TRIES};
 use crate::link::Link;
 use crate::master::Target;
@@ -23,8 +23,8 @@ pub(crate) fn owned(slave: Slave) -> Found {
 pub(super) fn ask(link: &mut Link, slave: Slave, time: Duration) -> Result<Option<Found>, Error> {
     match slave.allocate_within(link, time) {
         Ok(()) => {}
-        Err(failure) if failure.code == "no-answer" => return Ok(None),
-        Err(failure) if failure.code == "owned" => return Ok(Some(owned(slave))),
+        Err(Error::Silent(_)) => return Ok(None),
+        Err(Error::Sensor(SensorError::Owned(_))) => return Ok(Some(owned(slave))),
         Err(failure) => return Err(failure),
     }
     let mut attribute = |number: u8| -> Result<Option<Vec<u8>>, Error> {

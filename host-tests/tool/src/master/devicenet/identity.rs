@@ -1,7 +1,7 @@
 //! What a sensor tells about itself.
 
 use super::connection::IDENTITY;
-use crate::error::Error;
+use crate::error::{Error, What};
 use crate::master::devicenet::explicit::{Response, Slave};
 use crate::ops::identity::{Values, numbers, texts};
 use crate::session::Session;
@@ -23,7 +23,7 @@ pub(super) fn told(session: &mut Session, slave: Slave) -> Result<Values, Error>
         }
         match response {
             Response::Refused(..) => Ok(None),
-            response => response.must(slave.mac, "to read the identity").map(Some),
+            response => response.must(slave.mac, What::Identity).map(Some),
         }
     };
     let mut values = numbers([

@@ -12,7 +12,7 @@ pub(crate) use identify::owned;
 
 use super::{Master, Protocol, Roles, Storing, Target};
 use crate::cyclic::Started;
-use crate::error::Error;
+use crate::error::{Error, RequestError, What};
 use crate::identify::Found;
 use crate::link::Link;
 use crate::master::canopen::sdo;
@@ -38,7 +38,7 @@ pub const PROTOCOL: Protocol = Protocol {
     value: "N",
     kind: "MAC ID",
     range: 0..=63,
-    lacks: "has no MAC ID",
+    lacks: RequestError::NoMacId,
     command: Some("mac"),
     target,
     roles,
@@ -127,7 +127,7 @@ impl Master for Slave {
         every: u32,
         terminal: &mut Terminal,
     ) -> Result<Started, Error> {
-        let tables = tables(session.sheet.product).ok_or_else(|| unexpected("an assembly"))?;
+        let tables = tables(session.sheet.product).ok_or_else(|| unexpected(What::Assembly))?;
         cyclic::start(session, (*self, tables), sampler, every, terminal)
     }
 
@@ -141,7 +141,7 @@ impl Master for Slave {
         let response = self.explicit(link, service, path, data);
         link.end();
         Slave::release(*self, link)?;
-        response?.must(self.mac, "the request")
+        response?.must(self.mac, What::Request)
     }
 
     fn release(&self, session: &mut Session) -> Result<(), Error> {

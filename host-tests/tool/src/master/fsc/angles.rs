@@ -2,7 +2,7 @@
 
 use super::tables;
 use crate::cyclic::{Message, Source, Started, Stream};
-use crate::error::Error;
+use crate::error::{Error, Silence, What};
 use crate::master::fsc::request::{self as fsc, Reply, Sensor};
 use crate::number::Scale;
 use crate::sample::{Poller, Read, Sampler};
@@ -74,7 +74,7 @@ impl Angles {
 
     /// Cyclic mode with this period in ms.
     pub(super) fn start(self, session: &Session, every: u32) -> Result<Started, Error> {
-        let tables = tables(session.sheet.product).ok_or_else(|| unexpected("cyclic mode"))?;
+        let tables = tables(session.sheet.product).ok_or_else(|| unexpected(What::CyclicMode))?;
         let roles = &tables.roles;
         Ok(Started {
             stream: Box::new(self),
@@ -110,7 +110,7 @@ pub(super) struct Polled(pub Sensor);
 
 impl Poller for Polled {
     fn poll(&mut self, session: &mut Session, angles: &[(Entry, Scale)]) -> Result<Read, Error> {
-        let silent = || Error::silent("no-answer", "the sensor does not answer");
+        let silent = || Error::from(Silence::Request);
         let entries = angles.iter().map(|(entry, _)| entry.clone());
         let angles = Angles::of(self.0, entries.collect()).ok_or_else(silent)?;
         let reply = fsc::ask(&mut session.link, self.0, angles.code, &[], fsc::ANSWER)?;

@@ -9,7 +9,7 @@ mod session;
 
 use super::{Master, Protocol, Roles, Storing, Target};
 use crate::cyclic::{Source, Started};
-use crate::error::Error;
+use crate::error::{Error, RequestError, What};
 use crate::identify::Found;
 use crate::link::Link;
 use crate::master::fsc::request::{Sensor, shown};
@@ -35,7 +35,7 @@ pub const PROTOCOL: Protocol = Protocol {
     value: "HEX",
     kind: "identifier",
     range: 0..=0,
-    lacks: "has no identifier here",
+    lacks: RequestError::NoIdentifier,
     command: None,
     target,
     roles,
@@ -59,8 +59,7 @@ fn sensor(request: CanId) -> Target {
 }
 
 fn target(id: &str) -> Result<Target, Error> {
-    let bits =
-        identifier(id).map_err(|text| Error::usage("bad-value", format!("--id {id}: {text}")))?;
+    let bits = identifier(id).map_err(|why| RequestError::BadId(id.to_owned(), Box::new(why)))?;
     Ok(sensor(CanId::from_bits(bits)))
 }
 
@@ -157,7 +156,7 @@ impl Master for Sensor {
         _terminal: &mut Terminal,
     ) -> Result<Started, Error> {
         let angles = Angles::of(*self, sampler.entries());
-        let angles = angles.ok_or_else(|| unexpected("the angles"))?;
+        let angles = angles.ok_or_else(|| unexpected(What::TheAngles))?;
         angles.start(session, every)
     }
 

@@ -1,10 +1,9 @@
 //! One request, as hexadecimal bytes: the code and its data.
 
 use super::tables;
-use crate::error::Error;
+use crate::error::{Error, Next, Refusal};
 use crate::link::Link;
 use crate::master::fsc::request::{self as fsc, Sensor};
-use crate::master::refusal;
 use crate::ops::raw::{bad, bytes};
 use plumbline::fsc::table::{Function, Operation};
 use plumbline::model::catalog::PRODUCTS;
@@ -37,12 +36,7 @@ fn errors() -> u8 {
 
 /// The sensor has refused a request. The bits stay until the status is read.
 fn refused(request: &str, reply: &fsc::Reply) -> Error {
-    let message = format!(
-        "the sensor refused {request}, or an earlier request: its answer has the status {:02X}h. {}; `plumbline raw 02` reads and clears the status",
-        reply.status,
-        refusal::LIST
-    );
-    Error::refused("refused", message)
+    Refusal::Status(request.to_owned(), reply.status, Next::List).into()
 }
 
 /// Whether a request writes. A read of the status has the bits of earlier requests.

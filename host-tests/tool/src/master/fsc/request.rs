@@ -6,9 +6,8 @@
 //!  reply     code     status   data
 //! ```
 
-use crate::error::Error;
+use crate::error::{Error, Next, Refusal, SensorError, Silence};
 use crate::link::Link;
-use crate::master::refusal;
 use plumbline::can::{CanId, Frame};
 use plumbline::fsc::{Condition, StatusBit};
 use plumbline::model::listing::fsc::Tables;
@@ -71,12 +70,7 @@ pub fn send(link: &mut Link, sensor: Sensor, code: u8, data: &[u8]) -> Result<()
 
 fn request(id: CanId, code: u8, data: &[u8]) -> Result<Frame, Error> {
     let bytes: Vec<u8> = std::iter::once(code).chain(data.iter().copied()).collect();
-    Frame::data(id.into(), &bytes).ok_or_else(|| {
-        Error::usage(
-            "too-long",
-            "a request has at most 7 bytes of data after its code",
-        )
-    })
+    Frame::data(id.into(), &bytes).ok_or_else(|| SensorError::LongCode.into())
 }
 
 /// The reply to a code in a frame, or a cyclic value.
@@ -104,7 +98,7 @@ pub fn must(link: &mut Link, sensor: Sensor, code: u8, time: Duration) -> Result
     let mut reply = once(link, sensor, code, &[], time);
     for _ in 1..TRIES {
         match &reply {
-            Err(failure) if failure.code == "no-answer" => {
+            Err(Error::Silent(_)) => {
                 reply = once(link, sensor, code, &[], time);
             }
             _ => break,
@@ -126,12 +120,7 @@ pub fn once(
 ) -> Result<Reply, Error> {
     ask(link, sensor, code, data, time)?.ok_or_else(|| {
         let id = shown(sensor.request);
-        Error::silent(
-            "no-answer",
-            format!(
-                "nobody answers code {code:02X}h at the identifier {id}: `plumbline scan` finds the sensor"
-            ),
-        )
+        Silence::Code(code, id).into()
     })
 }
 
@@ -180,16 +169,10 @@ pub fn command(
     let names = names(&tables.status, reply.status & errors);
     must(link, sensor, status_code(tables), ANSWER)?;
     let next_step = match reply.status & memory {
-        0 => refusal::LIST,
-        _ => refusal::FAILED,
+        0 => Next::List,
+        _ => Next::Failed,
     };
-    Err(Error::refused(
-        "refused",
-        format!(
-            "the sensor refused code {code:02X}h ({}): nothing has changed. {next_step}",
-            names.join(", ")
-        ),
-    ))
+    Err(Refusal::Code(code, names.join(", "), next_step).into())
 }
 
 /// The bits of the status byte with these conditions.

@@ -1,7 +1,7 @@
 //! Reads, writes and commands in a session.
 
 use super::tables;
-use crate::error::Error;
+use crate::error::{Error, What};
 use crate::master::fsc::request::{self as fsc, Sensor};
 use crate::ops::identity::{Values, numbers};
 use crate::session::{Session, unexpected};
@@ -21,7 +21,7 @@ impl Sensor {
     /// All data of the reply with an entry.
     pub(super) fn read_in(self, session: &mut Session, entry: &Entry) -> Result<Vec<u8>, Error> {
         let Address::Fsc { read, .. } = entry.address else {
-            return Err(unexpected(&entry.name));
+            return Err(unexpected(What::Name(entry.name.clone())));
         };
         let reply = fsc::once(&mut session.link, self, read, &[], fsc::ANSWER)?;
         Ok(reply.data)
@@ -116,7 +116,7 @@ impl Sensor {
 }
 
 fn own(session: &Session) -> Result<&'static Tables, Error> {
-    tables(session.sheet.product).ok_or_else(|| unexpected("the request"))
+    tables(session.sheet.product).ok_or_else(|| unexpected(What::Request))
 }
 
 fn write_code(entry: &Entry) -> Result<u8, Error> {
@@ -124,7 +124,7 @@ fn write_code(entry: &Entry) -> Result<u8, Error> {
         Address::Fsc {
             write: Some(write), ..
         } => Ok(write),
-        _ => Err(unexpected(&entry.name)),
+        _ => Err(unexpected(What::Name(entry.name.clone()))),
     }
 }
 
@@ -147,5 +147,5 @@ fn data_of(session: &mut Session, code: u8, values: &[(Entry, u32)]) -> Result<V
 fn function(tables: &Tables, operation: Operation) -> Result<Function, Error> {
     let mut functions = tables.functions.iter();
     let function = functions.find(|function| function.operation == operation);
-    function.copied().ok_or_else(|| unexpected("the function"))
+    function.copied().ok_or_else(|| unexpected(What::Function))
 }

@@ -4,11 +4,11 @@
 //! obey gets the parameter, and a restart.
 
 use super::{PROTOCOL, tables};
-use crate::error::Error;
+use crate::error::{Error, Silence};
 use crate::master::j1939::groups::{self as j1939, ANSWER};
 use crate::master::{Ca, Target};
 use crate::ops::Report;
-use crate::ops::address::{free, missing, not_here};
+use crate::ops::address::{free, not_here};
 use crate::session::Session;
 use plumbline::j1939::name::Name;
 use plumbline::param::ParameterId;
@@ -25,13 +25,13 @@ pub(crate) fn address(session: &mut Session, new: Option<u8>) -> Result<Report, 
         return Err(not_here(session, &PROTOCOL));
     };
     let name = j1939::name(&mut session.link, old, ANSWER)?;
-    let name = name.ok_or_else(|| missing(&format!("address {old}")))?;
+    let name = name.ok_or_else(|| Silence::Moved(format!("address {old}")))?;
     let Some(new) = new else {
         return show(session, old, name, tables.address).map(Report::Address);
     };
     let entry = session.entry(tables.address)?;
     let permitted = entry.check(new.into(), &entry.scale);
-    permitted.map_err(|why| Error::usage("out-of-range", why))?;
+    permitted?;
     if new != old {
         free(session, Target::J1939(Ca(new)))?;
         let claimed = j1939::command_address(&mut session.link, name, new)?;
@@ -70,7 +70,7 @@ fn answers(session: &mut Session, name: Name) -> Result<(), Error> {
             return Ok(());
         }
         if session.link.now() >= until {
-            return Err(missing(&format!("address {address}")));
+            return Err(Silence::Moved(format!("address {address}")).into());
         }
     }
 }

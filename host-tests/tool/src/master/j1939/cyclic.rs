@@ -8,7 +8,7 @@
 use super::ssi2::{self, Angles};
 use super::tables;
 use crate::cyclic::{Message, Source, Started, Stream};
-use crate::error::{Error, Kind};
+use crate::error::{Error, Kind, SensorError};
 use crate::master::j1939::groups as j1939;
 use crate::sample::Sampler;
 use crate::session::Session;
@@ -134,12 +134,11 @@ fn message(at: Instant, angles: Angles, count: usize) -> Message {
 fn is_as_before(session: &mut Session, wanted: &[(Entry, u32)]) -> Result<bool, Error> {
     for (entry, raw) in wanted {
         let present = match session.read(entry) {
-            Err(failure) if failure.kind == Kind::Silent => return Ok(false),
+            Err(failure) if failure.kind() == Kind::Silent => return Ok(false),
             present => present?,
         };
         if present != *raw {
-            let message = "the sensor was switched off and on, and sends with its stored period now: start the command again";
-            return Err(Error::silent("restarted", message));
+            return Err(SensorError::Restarted.into());
         }
     }
     Ok(true)

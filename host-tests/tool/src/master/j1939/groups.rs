@@ -13,7 +13,7 @@
 pub mod own;
 pub mod transport;
 
-use crate::error::Error;
+use crate::error::{Error, SensorError};
 use crate::link::Link;
 use plumbline::can::Frame;
 use plumbline::j1939::identifier::{
@@ -205,8 +205,7 @@ impl Link {
             }
         }
         self.own = None;
-        let message = "the tool has found no free J1939 address for itself: are all addresses from 128 to 247 in use?";
-        Err(Error::bus("no-own-address", message))
+        Err(SensorError::NoOwnAddress.into())
     }
 }
 

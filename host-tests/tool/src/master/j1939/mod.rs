@@ -11,7 +11,7 @@ mod ssi2;
 
 use super::{Master, Protocol, Roles, Storing, Target, canopen};
 use crate::cyclic::{Source, Started};
-use crate::error::Error;
+use crate::error::{Error, RequestError};
 use crate::identify::Found;
 use crate::link::Link;
 use crate::master::j1939::groups as j1939;
@@ -32,7 +32,7 @@ pub const PROTOCOL: Protocol = Protocol {
     value: "N",
     kind: "J1939 address",
     range: 0..=253,
-    lacks: "does not speak J1939 here",
+    lacks: RequestError::NoJ1939Address,
     command: Some("address"),
     target,
     roles,
@@ -92,7 +92,7 @@ impl Master for Ca {
     }
 
     fn save(&self, session: &mut Session) -> Result<&'static str, Error> {
-        let server = self.must_have(session, "stores its parameters")?;
+        let server = self.must_have(session, RequestError::J1939Save)?;
         canopen::save(session, server)
     }
 
@@ -101,7 +101,7 @@ impl Master for Ca {
     }
 
     fn load(&self, session: &mut Session) -> Result<&'static str, Error> {
-        let server = self.must_have(session, "loads its factory values")?;
+        let server = self.must_have(session, RequestError::J1939Load)?;
         canopen::load(session, server)
     }
 

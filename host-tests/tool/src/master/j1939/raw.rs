@@ -1,7 +1,7 @@
 //! One request: a group, or an object as in CANopen.
 
 use super::Ca;
-use crate::error::Error;
+use crate::error::{Error, Refusal, Silence};
 use crate::link::Link;
 use crate::master::canopen;
 use crate::master::j1939::groups as j1939;
@@ -24,17 +24,7 @@ fn group(link: &mut Link, address: u8, request: &str) -> Result<Vec<u8>, Error> 
     }
     match j1939::get(link, address, pgn)? {
         j1939::Answer::Data(data) => Ok(data),
-        j1939::Answer::Refused => Err(Error::refused(
-            "refused",
-            format!(
-                "the node does not have the group {pgn:05X}h, or cannot send it now: check the number, or repeat"
-            ),
-        )),
-        j1939::Answer::Silent => Err(Error::silent(
-            "no-answer",
-            format!(
-                "the J1939 address {address} does not answer: `plumbline scan` finds the sensor"
-            ),
-        )),
+        j1939::Answer::Refused => Err(Refusal::Group(pgn).into()),
+        j1939::Answer::Silent => Err(Silence::J1939Address(address).into()),
     }
 }

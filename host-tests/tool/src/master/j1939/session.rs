@@ -1,7 +1,7 @@
 //! Commands in a session.
 
 use super::Ca;
-use crate::error::Error;
+use crate::error::{Error, RequestError, What};
 use crate::master::canopen;
 use crate::master::canopen::sdo::Server;
 use crate::session::{Session, unexpected};
@@ -14,19 +14,16 @@ impl Ca {
     }
 
     /// Refuses a command of a product that has only J1939, which has no such command; a product has its own ones.
-    pub(super) fn must_have(self, session: &Session, what: &str) -> Result<Server, Error> {
+    pub(super) fn must_have(self, session: &Session, error: RequestError) -> Result<Server, Error> {
         match canopen::tables(session.sheet.product) {
             Some(_) => Ok(self.server()),
-            None => Err(Error::usage(
-                "not-offered",
-                format!("J1939 has no command that {what}"),
-            )),
+            None => Err(error.into()),
         }
     }
 
     pub(super) fn restart_in(self, session: &mut Session) -> Result<(), Error> {
         let mut commands = canopen::commands(canopen::own(session)?, Starts::Reset);
-        let object = commands.next().ok_or_else(|| unexpected("restart"))?;
-        canopen::object(session, self.server(), object, &[1], "the restart")
+        let object = commands.next().ok_or_else(|| unexpected(What::Restart))?;
+        canopen::object(session, self.server(), object, &[1], What::Restart)
     }
 }

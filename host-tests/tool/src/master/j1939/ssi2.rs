@@ -1,6 +1,6 @@
 //! The angles in the J1939 group SSI2.
 
-use crate::error::Error;
+use crate::error::{Error, Silence};
 use crate::link::Link;
 use crate::master::j1939::groups as j1939;
 use crate::number::Scale;
@@ -70,7 +70,7 @@ impl Poller for Polled {
     }
 
     fn poll(&mut self, session: &mut Session, angles: &[(Entry, Scale)]) -> Result<Read, Error> {
-        let silent = || Error::silent("no-answer", "the sensor does not send its angles");
+        let silent = || Error::from(Silence::Angles);
         let read = self.read(&mut session.link)?.ok_or_else(silent)?;
         Ok((read.into_iter().take(angles.len()).collect(), None))
     }

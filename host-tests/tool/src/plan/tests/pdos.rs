@@ -133,7 +133,7 @@ fn constant_cob_id_is_not_written() {
     }
     let (result, after, refusals) = written_with(sheet, &[(0x1800, 3, 100)]);
     // This node permits the inhibit time only while the PDO is off; that is its own answer.
-    assert_eq!((result.unwrap_err().code, refusals), ("refused", 1));
+    assert_eq!((result.unwrap_err().code(), refusals), ("refused", 1));
     assert_eq!(after, VALUES);
     assert_eq!(after[4], (0x1800, 1, 0x18A));
 }
@@ -174,7 +174,7 @@ fn pdo_with_a_mapping_that_is_refused_is_as_before() {
         ],
     ] {
         let (result, after, _) = written(changes);
-        assert_eq!(result.unwrap_err().code, "refused", "{changes:X?}");
+        assert_eq!(result.unwrap_err().code(), "refused", "{changes:X?}");
         assert_eq!(after, VALUES, "{changes:X?}");
     }
 }

@@ -1,7 +1,7 @@
 //! The requests that use the bus: jobs for the worker.
 
 use super::{Answer, App, on_sensor, parse, work};
-use crate::error::Error;
+use crate::error::{Error, PageError};
 use crate::serve::job::Task;
 use axum::body::Bytes;
 use axum::extract::State;
@@ -52,8 +52,7 @@ struct Samples {
 pub(super) async fn samples(State(app): State<Arc<App>>, body: Bytes) -> Answer {
     let Samples { per_second } = parse(&body)?;
     if per_second > MOST_SAMPLES {
-        let message = format!("at most {MOST_SAMPLES} samples per second are possible");
-        return Err(Error::usage("out-of-range", message).into());
+        return Err(Error::from(PageError::Samples(MOST_SAMPLES)).into());
     }
     work(&app, Task::Samples(per_second)).await
 }

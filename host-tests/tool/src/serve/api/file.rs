@@ -2,7 +2,7 @@
 
 use super::{Answer, App, parse};
 use crate::backup::Backup;
-use crate::error::Error;
+use crate::error::{Error, FileError, PageError};
 use crate::master::factory_target;
 use crate::serve::events::Kind;
 use crate::serve::line::{self, Words};
@@ -44,8 +44,7 @@ pub(super) async fn open(State(app): State<Arc<App>>, body: Bytes) -> Answer {
             sheet: None,
         } => factory(&app.sheets.sheet(&product)?),
         _ => {
-            let message = "a file is opened from its text or from a product";
-            return Err(Error::usage("bad-request", message).into());
+            return Err(Error::from(PageError::TextOrProduct).into());
         }
     };
     Ok(axum::Json(document(&backup, &app.sheets)))
@@ -119,17 +118,10 @@ fn changed(set: &Set, sheets: &Sheets) -> Result<Value, Error> {
 
 fn read(text: &str, sheets: &Sheets, own: Option<&str>) -> Result<Backup, Error> {
     if text.len() > LONGEST {
-        return Err(Error::usage(
-            "bad-file",
-            "the file is not valid: it is too long",
-        ));
+        return Err(FileError::PageTooLong.into());
     }
     let read = sheets.backup(text, own);
-    read.map_err(|why| {
-        let message =
-            format!("the file is not valid: {why}; `plumbline backup` writes a valid one");
-        Error::usage("bad-file", message)
-    })
+    read.map_err(|why| FileError::PageBackup(why).into())
 }
 
 /// A file with the factory values of a product.

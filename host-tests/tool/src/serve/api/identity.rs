@@ -4,7 +4,7 @@
 use super::file::log;
 use super::{Answer, App, parse};
 use crate::command::identity::given;
-use crate::error::Error;
+use crate::error::{Error, FileError, PageError};
 use crate::ops::identity::Told;
 use crate::serve::line::Words;
 use axum::body::Bytes;
@@ -52,12 +52,11 @@ pub(super) async fn read(State(app): State<Arc<App>>, body: Bytes) -> Answer {
 pub(super) async fn write(State(app): State<Arc<App>>, body: Bytes) -> Answer {
     let file: Given = parse(&body)?;
     let Some(store) = &app.store else {
-        let message = "there is no store file: start `plumbline serve --store FILE`";
-        return Err(Error::usage("no-store", message).into());
+        return Err(Error::from(PageError::NoStore).into());
     };
     let written = file.unit().and_then(|Told { product, unit }| {
         let written = store_file::identify(product, &unit, store);
-        written.map_err(|why| Error::bus("no-file", why))
+        written.map_err(|why| FileError::Store(why).into())
     });
     let words = file.words(Some(&store.display().to_string()));
     log(&app, &words, written.as_ref().err());

@@ -35,7 +35,7 @@ use super::events::Hub;
 use super::job::{Job, Start, Task};
 use super::sheets::Sheets;
 use super::{assets, guard};
-use crate::error::{Error, Kind};
+use crate::error::{Error, Kind, PageError};
 use axum::Router;
 use axum::body::{Body, Bytes};
 use axum::extract::{DefaultBodyLimit, Request, State};
@@ -99,7 +99,7 @@ pub struct Refusal {
 
 impl From<Error> for Refusal {
     fn from(failure: Error) -> Self {
-        let status = match failure.kind {
+        let status = match failure.kind() {
             Kind::Refused => StatusCode::CONFLICT,
             Kind::Usage => StatusCode::BAD_REQUEST,
             Kind::Silent => StatusCode::GATEWAY_TIMEOUT,
@@ -168,19 +168,14 @@ async fn in_charge(
     next: Next,
 ) -> Result<Response, Refusal> {
     match tab(request.headers()) {
-        Some(name) if !app.hub.may_act(name) => Err(Error::refused(
-            "other-tab",
-            "another tab is in charge: nothing was done. Press Take over, then repeat the action",
-        )
-        .into()),
+        Some(name) if !app.hub.may_act(name) => Err(Error::from(PageError::OtherTab).into()),
         _ => Ok(next.run(request).await),
     }
 }
 
 /// Lets this tab be in charge.
 async fn take_over(State(app): State<Arc<App>>, headers: HeaderMap) -> Answer {
-    let name = tab(&headers)
-        .ok_or_else(|| Error::usage("bad-request", "the request has no name of a tab"))?;
+    let name = tab(&headers).ok_or(Error::from(PageError::NoTab))?;
     app.hub.take_over(name);
     Ok(axum::Json(Value::Null))
 }
@@ -188,7 +183,7 @@ async fn take_over(State(app): State<Arc<App>>, headers: HeaderMap) -> Answer {
 async fn nothing() -> Refusal {
     Refusal {
         status: StatusCode::NOT_FOUND,
-        failure: Error::usage("bad-request", "there is no such request"),
+        failure: PageError::NoRequest.into(),
     }
 }
 
@@ -227,12 +222,11 @@ async fn on_sensor(app: &App, headers: &HeaderMap, task: Task) -> Answer {
 /// # Errors
 /// It is not what the request needs.
 pub fn parse<T: DeserializeOwned>(body: &[u8]) -> Result<T, Error> {
-    let bad = |why: String| Error::usage("bad-request", format!("the request is not valid: {why}"));
     // A list is no object, though its fields could be taken in their order.
     if body.trim_ascii_start().starts_with(b"[") {
-        return Err(bad("it is a list".to_owned()));
+        return Err(PageError::List.into());
     }
-    serde_json::from_slice(body).map_err(|error| bad(error.to_string()))
+    serde_json::from_slice(body).map_err(|error| PageError::Invalid(error.to_string()).into())
 }
 
 /// Hands a job to the worker and waits for its answer.
@@ -240,12 +234,7 @@ pub fn parse<T: DeserializeOwned>(body: &[u8]) -> Result<T, Error> {
 /// # Errors
 /// The job fails.
 pub async fn work(app: &App, task: Task) -> Answer {
-    let gone = || {
-        Error::bus(
-            "stopped",
-            "the server is stopping: start `plumbline serve` again",
-        )
-    };
+    let gone = || Error::from(PageError::Stopping);
     let (reply, answer) = oneshot::channel();
     app.jobs.send(Job { task, reply }).map_err(|_| gone())?;
     let answer = answer.await.map_err(|_| gone())?;

@@ -40,13 +40,13 @@ impl Live {
         if self.sampler.is_none() {
             // Nothing else shows whether the device is there.
             self.streak = match &read {
-                Err(failure) if failure.kind == Refusal::Silent => STREAK,
+                Err(failure) if failure.kind() == Refusal::Silent => STREAK,
                 _ => 0,
             };
         }
         let register = match read {
             Ok(register) => register,
-            Err(failure) if failure.kind == Refusal::Bus => return Err(failure),
+            Err(failure) if failure.kind() == Refusal::Bus => return Err(failure),
             Err(_) => return Ok(()),
         };
         let bits = ERRORS.iter().enumerate();

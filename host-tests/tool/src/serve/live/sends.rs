@@ -25,7 +25,7 @@ impl Live {
             None => Ok(None),
         };
         let source = match source {
-            Err(failure) if failure.kind == Refusal::Bus => return Err(failure),
+            Err(failure) if failure.kind() == Refusal::Bus => return Err(failure),
             source => source.ok().flatten(),
         };
         let others = source.as_ref().and_then(|source| source.others.clone());

@@ -3,7 +3,7 @@
 use super::which::{Answers, on_request};
 use super::{Live, State, Worker, now};
 use crate::backup::Backup;
-use crate::error::{Error, Kind as Refusal};
+use crate::error::{Asks, Error, FileError, Kind as Refusal, PageError, RequestError, SensorError};
 use crate::labels::Labels;
 use crate::ops::report::{Adjusted, Values};
 use crate::ops::{self, Report, Request};
@@ -15,7 +15,7 @@ use crate::serve::events::{Hub, Kind};
 use crate::serve::job::Scan;
 use crate::serve::line::{self, Words};
 use crate::sheet::Address;
-use crate::{command, connect, identify};
+use crate::{command, identify};
 use bench::bit_rate;
 use plumbline::param::DataType;
 use serde_json::{Value, json};
@@ -45,7 +45,7 @@ impl Worker {
     pub(super) fn scan(&mut self, wanted: &Scan) -> Result<Value, Error> {
         let rate = wanted.rate.map(|rate| bit_rate(&rate.to_string()));
         let rate = rate.transpose();
-        let rate = rate.map_err(|why| Error::usage("bad-request", why))?;
+        let rate = rate.map_err(PageError::Words)?;
         self.error = None;
         self.close()?;
         let lease = self.lease(&wanted.port)?;
@@ -78,14 +78,14 @@ impl Worker {
         let may_ask = match &result {
             Ok(_) => true,
             Err(failure) => {
-                failure.kind == Refusal::Silent
+                failure.kind() == Refusal::Silent
                     && (asks || answers.asked.contains(&Question::Silent))
             }
         };
         let result = match may_ask && !answers.asked.is_empty() {
             true => {
                 self.wait(asked, answers.asked.clone());
-                Err(Error::asks(answers.asked))
+                Err(Asks(answers.asked).into())
             }
             false => result,
         };
@@ -211,7 +211,7 @@ impl Worker {
         // The file is checked before the sensor is asked.
         let own = self.sheet.as_ref().map(|kept| kept.key.as_str());
         let read = self.sheets.backup(text, own);
-        let backup = read.map_err(|why| Error::usage("bad-file", why))?;
+        let backup = read.map_err(FileError::Fault)?;
         let mut file = tempfile::NamedTempFile::new().map_err(unwritten)?;
         file.write_all(text.as_bytes()).map_err(unwritten)?;
         let mut shown = words(["restore"]);
@@ -221,7 +221,7 @@ impl Worker {
             shown.extend_from_slice(only);
         }
         if only.iter().any(|name| name.starts_with('-')) {
-            return Err(Error::usage("unknown-name", "a name begins with a letter"));
+            return Err(RequestError::NoName.into());
         }
         let config = self.config.clone();
         let result = self.on_sensor(shown, |live, terminal| {
@@ -255,8 +255,7 @@ impl Worker {
         run: impl FnOnce(&mut Live, &mut Terminal) -> Result<T, Error>,
     ) -> Result<T, Error> {
         let State::Active(_) = &self.state else {
-            let message = "there is no sensor: connect to one first";
-            return Err(Error::usage("not-connected", message));
+            return Err(PageError::NotConnected.into());
         };
         let shown = [self.selection.clone(), words].concat();
         let number = self.begin(&shown);
@@ -292,13 +291,13 @@ impl Worker {
             return Ok(());
         };
         match result {
-            Err(failure) if failure.code == connect::OTHER => {
+            Err(Error::Sensor(SensorError::Other(_))) => {
                 // The page shows it: it is told apart by its number.
                 let _ = self.again(|_| {});
                 return Ok(());
             }
             // Nothing was sent that changes something.
-            Err(failure) if failure.kind == Refusal::Usage => {
+            Err(failure) if failure.kind() == Refusal::Usage => {
                 live.go_on();
                 return Ok(());
             }
@@ -338,8 +337,8 @@ impl Worker {
             return Ok(());
         };
         match identify::is_same(&mut live.session, &live.found) {
-            Err(failure) if failure.kind == Refusal::Bus => return Err(failure),
-            Err(failure) if failure.code == connect::OTHER => {
+            Err(failure) if failure.kind() == Refusal::Bus => return Err(failure),
+            Err(Error::Sensor(SensorError::Other(_))) => {
                 // It was exchanged. If that cannot be shown, the connection has ended.
                 let _ = self.again(|_| {});
                 return Ok(());
@@ -363,7 +362,7 @@ impl Worker {
                 self.take(values);
                 self.forget_lost();
             }
-            Err(failure) if failure.kind == Refusal::Bus => return Err(failure),
+            Err(failure) if failure.kind() == Refusal::Bus => return Err(failure),
             Err(_) => live.go_on(),
         }
         Ok(())
@@ -409,7 +408,7 @@ impl Worker {
             "n": number, "at": now(), "line": line::shown(shown), "notes": notes,
             "state": match result {
                 Ok(_) => "done",
-                Err(failure) if !failure.questions.is_empty() => "asks",
+                Err(failure) if !failure.questions().is_empty() => "asks",
                 Err(_) => "failed",
             },
         });
@@ -426,7 +425,7 @@ fn words<const N: usize>(texts: [&str; N]) -> Words {
 }
 
 fn unwritten(error: std::io::Error) -> Error {
-    Error::bus("no-file", format!("cannot write a temporary file: {error}"))
+    FileError::Temporary(error.to_string()).into()
 }
 
 /// The progress of a command: each step is an event.

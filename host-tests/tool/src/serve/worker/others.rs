@@ -4,7 +4,7 @@
 use super::which::{Answers, bus, on_request};
 use super::{Live, State, Worker};
 use crate::connect;
-use crate::error::{Error, Kind as Refusal};
+use crate::error::{Asks, Error, Kind as Refusal, PageError, SensorError};
 use crate::identify;
 use crate::output::Terminal;
 use crate::question::Question;
@@ -30,23 +30,17 @@ impl Worker {
 
     fn add(&mut self, other: &Other) -> Result<(), Error> {
         let (State::Active(live), Some((port, lease))) = (&self.state, self.port.clone()) else {
-            let message = "there is no sensor: connect to one first";
-            return Err(Error::usage("not-connected", message));
+            return Err(PageError::NotConnected.into());
         };
         let is_shown = |live: &Live| {
             (live.found.protocol(), live.session.target.address())
                 == (&other.protocol, other.address.clone())
         };
         if is_shown(live) || self.others.iter().any(is_shown) {
-            let message = format!(
-                "the chart shows the sensor at {} already: choose another one",
-                other.address
-            );
-            return Err(Error::usage("already-shown", message));
+            return Err(PageError::AlreadyShown(other.address.clone()).into());
         }
         if self.others.len() + 1 >= MOST {
-            let message = format!("the chart shows {MOST} sensors already: remove one first");
-            return Err(Error::usage("too-many-sensors", message));
+            return Err(PageError::TooManySensors(MOST).into());
         }
         let rate = live.session.link.rate();
         let wanted = Connect {
@@ -94,8 +88,8 @@ impl Worker {
             Ok(added)
         });
         let added = match added {
-            Err(error) if error.kind == Refusal::Usage && !answers.asked.is_empty() => {
-                Err(Error::asks(answers.asked))
+            Err(error) if error.kind() == Refusal::Usage && !answers.asked.is_empty() => {
+                Err(Asks(answers.asked).into())
             }
             added => added.map_err(on_request),
         };
@@ -119,8 +113,8 @@ impl Worker {
             other.turn(&self.hub, Some(now))?;
             if was_silent && !other.is_silent() {
                 match identify::is_same(&mut other.session, &other.found) {
-                    Err(error) if error.kind == Refusal::Bus => return Err(error),
-                    Err(error) if error.code == connect::OTHER => exchanged.push(other.connection),
+                    Err(error) if error.kind() == Refusal::Bus => return Err(error),
+                    Err(Error::Sensor(SensorError::Other(_))) => exchanged.push(other.connection),
                     _ => other.resume()?,
                 }
             }

@@ -4,7 +4,7 @@
 use super::{State, Worker};
 use crate::cli::Options;
 use crate::connect;
-use crate::error::{Error, Kind};
+use crate::error::{Error, PageError};
 use crate::identify::{self, Found};
 use crate::labels::Labels;
 use crate::question::Question;
@@ -23,10 +23,7 @@ impl Worker {
         match &self.state {
             State::Active(live) if sensor != Some(live.connection) => {
                 let line = live.found.line(live.session.link.rate());
-                let message = format!(
-                    "another sensor is connected now ({line}): nothing was done. Look at it, and give the command again"
-                );
-                Err(Error::refused("sensor-changed", message))
+                Err(PageError::SensorChanged(line).into())
             }
             _ => Ok(()),
         }
@@ -160,11 +157,9 @@ impl<'a> Answers<'a> {
 
 /// A command of the page is not stopped by Ctrl-C.
 pub(super) fn on_request(failure: Error) -> Error {
-    match failure.kind {
-        Kind::Stopped => {
-            Error::stopped("stopped by the user: start the command again to finish it")
-        }
-        _ => failure,
+    match failure.is_stopped() {
+        true => PageError::Stopped.into(),
+        false => failure,
     }
 }
 
@@ -172,6 +167,7 @@ pub(super) fn on_request(failure: Error) -> Error {
 mod tests {
     use super::*;
     use crate::adapter::{Adapter, Mode, demo};
+    use crate::error::AdapterError;
     use crate::link::Link;
     use crate::serve::events::Hub;
     use crate::serve::lease::Lease;
@@ -185,7 +181,7 @@ mod tests {
     fn stop_while_the_last_frame_leaves_the_adapter_ends_the_command_but_not_its_last_requests() {
         let (stop, (_jobs, receiver)) = (Arc::new(AtomicBool::new(false)), channel());
         let opener = Box::new(|_: &str| -> Result<Box<dyn Adapter>, Error> {
-            Err(Error::bus("not-open", "there is no adapter"))
+            Err(AdapterError::NoAdapter.into())
         });
         let worker = Worker::new(receiver, Arc::new(Hub::default()), opener, stop.clone());
         let demo = demo::unpaced("is2").expect("a sensor");
@@ -200,8 +196,8 @@ mod tests {
             let failure = ask(&mut link)
                 .map_err(on_request)
                 .expect_err("it is stopped");
-            assert_eq!(failure.code, "stopped");
-            assert!(failure.message.contains("by the user"), "{failure}");
+            assert_eq!(failure.code(), "stopped");
+            assert!(failure.to_string().contains("by the user"), "{failure}");
         }
         link.end();
         assert_eq!(ask(&mut link), Ok(Some(())));

@@ -25,8 +25,8 @@ fn take(board: &Board, question: &str, _: usize) -> bool {
 #[track_caller]
 fn code(ended: &Ended) -> (u8, &'static str) {
     let failure = ended.result.as_ref().expect_err("a failure");
-    assert!(failure.message.len() > 20, "{failure}");
-    (failure.kind.exit_code(), failure.code)
+    assert!(failure.to_string().len() > 20, "{failure}");
+    (failure.kind().exit_code(), failure.code())
 }
 
 /// The store of a unit corrects the raw acceleration of each side.

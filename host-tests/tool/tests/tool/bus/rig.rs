@@ -15,6 +15,7 @@ use plumbline_tool::adapter::unread::Unread;
 use plumbline_tool::adapter::{Adapter, Mode};
 use plumbline_tool::cli::Cli;
 use plumbline_tool::command::run_with;
+use plumbline_tool::error::Error;
 use plumbline_tool::output::{Bar, Terminal};
 use plumbline_tool::question::Question;
 use serde_json::Value;
@@ -362,11 +363,11 @@ impl Rig {
             times: out.times,
         };
         if let Err(failure) = result {
-            ended.code = failure.kind.exit_code();
-            if cli.options.json && !failure.has_document {
+            ended.code = failure.kind().exit_code();
+            if cli.options.json && !matches!(failure, Error::AfterDocument(_)) {
                 ended.out.push_str(&failure.json().to_string());
             } else {
-                ended.notes.push_str(&failure.message);
+                ended.notes.push_str(&failure.to_string());
             }
         }
         ended

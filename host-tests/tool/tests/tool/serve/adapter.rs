@@ -5,7 +5,7 @@ use crate::serve::fast_bus;
 use plumbline::can::{BitRate, Frame};
 use plumbline::time::Instant;
 use plumbline_tool::adapter::{Adapter, Capabilities, Mode};
-use plumbline_tool::error::Error;
+use plumbline_tool::error::{AdapterError, Error};
 use serde_json::json;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex};
@@ -34,10 +34,7 @@ struct Plugged {
 impl Plugged {
     fn check(&self) -> Result<(), Error> {
         match self.plug.is_out.load(Ordering::Relaxed) {
-            true => Err(Error::bus(
-                "adapter-lost",
-                "the adapter is gone: plug it in again",
-            )),
+            true => Err(AdapterError::Lost("it".to_owned(), "unplugged".to_owned()).into()),
             false => Ok(()),
         }
     }
@@ -108,7 +105,10 @@ fn unplugged_adapter_ends_the_connection_and_works_again_later() {
     plug.is_out.store(true, Ordering::Relaxed);
     assert_eq!(tab.wait("device", |_| true), json!(null));
     let status = tab.wait("status", |status| status["state"] == "closed");
-    assert_eq!(status["error"], "the adapter is gone: plug it in again");
+    assert_eq!(
+        status["error"],
+        "the adapter it has failed (unplugged): plug it in again and repeat"
+    );
     assert_eq!(
         server.post("/api/run", r#"{"zero":{}}"#).code(),
         "not-connected"

@@ -224,7 +224,7 @@ fn store_file_without_a_product_is_refused_at_the_start() {
         store: None,
     };
     let refused = Server::bind(settings).err().expect("a failure");
-    assert_eq!(refused.code, "unknown-product");
+    assert_eq!(refused.code(), "unknown-product");
 }
 
 #[test]

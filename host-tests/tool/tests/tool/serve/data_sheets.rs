@@ -230,6 +230,6 @@ fn data_sheet_of_the_command_line_is_offered_first() {
     };
     for (path, code) in [("/nonexistent.eds", "no-file"), ("/dev/null", "bad-file")] {
         let refused = Server::bind(settings(path)).err().expect("it is refused");
-        assert_eq!(refused.code, code);
+        assert_eq!(refused.code(), code);
     }
 }

@@ -4,7 +4,7 @@ use plumbline::can::{BitRate, CanId, Frame};
 use plumbline::time::{Instant, after, millis};
 use plumbline_tool::adapter::unread::Unread;
 use plumbline_tool::adapter::{Adapter, Capabilities, Mode, demo};
-use plumbline_tool::error::Error;
+use plumbline_tool::error::{AdapterError, Error};
 use plumbline_tool::serve::job::Opener;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -45,10 +45,7 @@ struct Foreign {
 impl Foreign {
     fn check(&self) -> Result<(), Error> {
         match self.witness.is_out.load(Ordering::Relaxed) {
-            true => Err(Error::bus(
-                "adapter-lost",
-                "the adapter is gone: plug it in again",
-            )),
+            true => Err(AdapterError::Lost("it".to_owned(), "unplugged".to_owned()).into()),
             false => Ok(()),
         }
     }

@@ -5,7 +5,9 @@ use plumbline_tool::question::Question;
 const TEXTS: &str = include_str!("../../../assets/sentences-de.js");
 
 /// Where the program tells its steps.
-const SOURCES: [&str; 5] = [
+const SOURCES: [&str; 7] = [
+    include_str!("../../../src/error/page.rs"),
+    include_str!("../../../src/error/sensor.rs"),
     include_str!("../../../src/connect.rs"),
     include_str!("../../../src/scan/mod.rs"),
     include_str!("../../../src/scan/listen.rs"),

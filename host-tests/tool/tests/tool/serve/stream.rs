@@ -261,5 +261,8 @@ fn status_has_the_frames_and_errors_of_the_bus_and_a_silence() {
     tab.wait("status", |status| status["silent"] == false);
     witness.is_out.store(true, Ordering::Relaxed);
     let status = tab.wait("status", |status| status["state"] == "closed");
-    assert_eq!(status["error"], "the adapter is gone: plug it in again");
+    assert_eq!(
+        status["error"],
+        "the adapter it has failed (unplugged): plug it in again and repeat"
+    );
 }

@@ -63,8 +63,11 @@ fn candidate(serial: &str) -> Candidate {
 #[track_caller]
 fn refusal(candidates: &[Candidate], serial: Option<&str>) -> String {
     let failure = choose(candidates, serial).unwrap_err();
-    assert_eq!((failure.code, failure.kind.exit_code()), ("no-adapter", 4));
-    failure.message
+    assert_eq!(
+        (failure.code(), failure.kind().exit_code()),
+        ("no-adapter", 4)
+    );
+    failure.to_string()
 }
 
 #[test]

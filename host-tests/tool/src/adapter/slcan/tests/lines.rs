@@ -43,7 +43,7 @@ fn empty_line_at_the_end_of_a_frame_is_no_answer() {
         }
         let opened = adapter.open(Some(BitRate::K125), Mode::Listen);
         let text = answer.escape_ascii();
-        assert_eq!(opened.err().map(|failure| failure.code), code, "{text}");
+        assert_eq!(opened.err().map(|failure| failure.code()), code, "{text}");
     }
 }
 

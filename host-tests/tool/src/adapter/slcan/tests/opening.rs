@@ -34,7 +34,7 @@ fn late_answer_to_close_is_not_used_as_answer_to_rate_or_mode() {
     let (mut adapter, shared) = adapter(&[("C", b""), ("L", b"\x07")]);
     shared.0.borrow_mut().pieces = VecDeque::from([&b"\x07"[..], b"\r", b"\r", b"\r"]);
     let failure = adapter.open(Some(BitRate::K125), Mode::Listen).unwrap_err();
-    assert_eq!(failure.code, "no-listen-only");
+    assert_eq!(failure.code(), "no-listen-only");
 }
 
 #[test]
@@ -72,7 +72,7 @@ fn closed_adapter_that_refuses_is_closed_and_asked_once_more() {
     adapter.close();
     written(&shared);
     let failure = adapter.open(Some(BitRate::K125), Mode::Listen).unwrap_err();
-    assert_eq!(failure.code, "rate-refused");
+    assert_eq!(failure.code(), "rate-refused");
     assert_eq!(written(&shared), "S4\rC\rC\rS4\rC\r");
 }
 
@@ -87,7 +87,7 @@ fn lost_connection_is_told_from_a_lost_adapter() {
         adapter.open(None, Mode::Active).unwrap();
         shared.0.borrow_mut().ended = true;
         let failure = adapter.receive(adapter.now()).unwrap_err();
-        assert!(failure.message.contains(part), "{failure}");
+        assert!(failure.to_string().contains(part), "{failure}");
     }
 }
 

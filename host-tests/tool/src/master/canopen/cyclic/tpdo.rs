@@ -6,7 +6,7 @@
 //! ```
 
 use crate::cyclic::Layout;
-use crate::error::Error;
+use crate::error::{Error, Silence};
 use crate::link::Link;
 use crate::master::canopen::sdo::{Answer, Server};
 use crate::sheet::{Address, Entry};
@@ -194,7 +194,7 @@ pub(super) fn read(link: &mut Link, node: u8, index: u16, sub: u8) -> Result<Opt
     match answer {
         Answer::Done(bytes) => Ok((1..=4).contains(&bytes.len()).then(|| number(&bytes))),
         Answer::Aborted(_) => Ok(None),
-        Answer::Silent => answer.must(node, "").map(|_| None),
+        Answer::Silent => Err(Silence::Node(node).into()),
     }
 }
 

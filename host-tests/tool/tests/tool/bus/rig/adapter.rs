@@ -6,7 +6,7 @@ use plumbline::time::{Instant, after, millis};
 use plumbline_tool::adapter::bench::{BenchAdapter, SharedBus};
 use plumbline_tool::adapter::unread::Unread;
 use plumbline_tool::adapter::{Adapter, Capabilities, Mode};
-use plumbline_tool::error::Error;
+use plumbline_tool::error::{AdapterError, Error};
 use std::cell::RefCell;
 use std::rc::Rc;
 
@@ -58,7 +58,7 @@ impl Cyclic {
 impl Unplugged {
     fn check(&self) -> Result<(), Error> {
         match self.left {
-            0 => Err(Error::bus("adapter-lost", "the adapter was unplugged")),
+            0 => Err(AdapterError::Lost("it".to_owned(), "unplugged".to_owned()).into()),
             _ => Ok(()),
         }
     }
@@ -79,10 +79,10 @@ impl Adapter for Unplugged {
         self.check()?;
         let rate = rate.or(self.interface);
         if rate.is_some() && (rate == self.refused || self.refuses_all) {
-            return Err(Error::bus("rate-refused", "it does not have this rate"));
+            return Err(AdapterError::RateRefused("it".to_owned(), "this rate").into());
         }
         if self.only_active && mode == Mode::Listen {
-            return Err(Error::bus("no-listen-only", "it has no listen-only mode"));
+            return Err(AdapterError::NoListenOnly("it".to_owned()).into());
         }
         self.modes.borrow_mut().push(mode);
         if self.opening > 0 {

@@ -1,0 +1,112 @@
+//! Errors of files.
+
+use super::{Error, NumberError, errors};
+use crate::texts::texts;
+use bench::file::Unfit;
+
+errors! {
+    /// A file that cannot be read or written, or has the wrong content.
+    FileError {
+        BackupUnread(path: String, reason: String): Bus "no-file" = "cannot read {path} ({reason}): `plumbline backup` writes such a file",
+            "{path} lässt sich nicht lesen ({reason}): `plumbline backup` schreibt eine solche Datei";
+        Backup(path: String, why: Fault): Usage "bad-file" = "{path} is not valid: {why}; nothing was written",
+            "{path} ist nicht gültig: {why}; nichts wurde geschrieben";
+        PageBackup(why: Fault): Usage "bad-file" = "the file is not valid: {why}; `plumbline backup` writes a valid one",
+            "die Datei ist nicht gültig: {why}; Sensor in Datei macht eine gültige";
+        PageTooLong: Usage "bad-file" = "the file is not valid: it is too long", "die Datei ist nicht gültig: Sie ist zu lang";
+        Fault(why: Fault): Usage "bad-file" = "{why}", "{why}";
+        Unwritten(path: String, reason: String): Bus "no-file" = "cannot write {path} ({reason}): choose another file or folder",
+            "{path} lässt sich nicht schreiben ({reason}): Wählen Sie eine andere Datei oder einen anderen Ordner";
+        OutputUnwritten(path: String, reason: String): Bus "no-file" = "cannot write {path} ({reason})",
+            "{path} lässt sich nicht schreiben ({reason})";
+        FolderUnwritten(path: String, reason: String): Bus "no-file" = "cannot write {path} ({reason}): choose another folder",
+            "{path} lässt sich nicht schreiben ({reason}): Wählen Sie einen anderen Ordner";
+        Temporary(reason: String): Bus "no-file" = "cannot write a temporary file: {reason}",
+            "eine temporäre Datei lässt sich nicht schreiben: {reason}";
+        Store(why: String): Bus "no-file" = "{why}", "die Speicherdatei: {why}";
+        Closed(reason: String): Bus "output-closed" = "cannot write the output: {reason}", "die Ausgabe lässt sich nicht schreiben: {reason}";
+        NoOutput(reason: String): Bus "no-output" = "cannot write the output: {reason}", "die Ausgabe lässt sich nicht schreiben: {reason}";
+        Dcf(path: String): Usage "bad-file" = "{path} is the name of the DCF: give the backup another name, for example crane.toml",
+            "{path} ist der Name der DCF: Geben Sie der Sicherung einen anderen Namen, zum Beispiel kran.toml";
+        Exists(path: String): Usage "file-exists" = "{path} exists already: choose another name, or replace it with --yes=overwrite",
+            "{path} gibt es schon: Wählen Sie einen anderen Namen, oder ersetzen Sie sie mit --yes=overwrite";
+        OtherProduct(wanted: &'static str, own: &'static str): Usage "wrong-file" = "the file belongs to {wanted}, but the sensor is {own}: nothing has changed. Take a file of this sensor, or choose another sensor; `plumbline scan` shows them",
+            "die Datei gehört zu {wanted}, der Sensor ist aber {own}: Nichts hat sich geändert. Nehmen Sie eine Datei dieses Sensors, oder wählen Sie einen anderen Sensor",
+            "the file belongs to {wanted}, but the sensor is {own}: nothing has changed. Take a file of this sensor, or choose another sensor";
+        EdsUnread(path: String, reason: String): Bus "no-file" = "cannot read {path} ({reason}): --eds takes the EDS file of the maker of the device",
+            "{path} lässt sich nicht lesen ({reason}): --eds nimmt die EDS-Datei des Herstellers des Geräts";
+        Eds(path: String, why: Fault): Usage "bad-file" = "{path} is not a data sheet (EDS): {why}; nothing was written",
+            "{path} ist kein Datenblatt (EDS): {why}; nichts wurde geschrieben";
+        PageEds(name: String, why: Fault): Usage "bad-file" = "{name} is not a data sheet (EDS): {why}; choose the EDS file of the maker of the device",
+            "{name} ist kein Datenblatt (EDS): {why}; wählen Sie die EDS-Datei des Herstellers des Geräts";
+        IdentityUnread(path: String, reason: String): Bus "no-file" = "cannot read {path} ({reason}): --from takes an EDS, a DCF or a sheet of values",
+            "{path} lässt sich nicht lesen ({reason}): --from nimmt eine EDS, eine DCF oder ein Blatt mit Werten";
+        Identity(path: String, why: Fault): Usage "bad-file" = "{path}: {why}; nothing was written", "{path}: {why}; nichts wurde geschrieben";
+        LabelsUnread(path: String, reason: String): Bus "no-file" = "cannot read the names in {path} ({reason}): repair or delete it",
+            "die Namen in {path} lassen sich nicht lesen ({reason}): Reparieren oder löschen Sie die Datei";
+        NoTable(maker: String): Bus "no-file" = "the file of the names has no table {maker}: repair or delete it",
+            "die Datei der Namen hat keine Tabelle {maker}: Reparieren oder löschen Sie sie";
+        NoFolder: Bus "no-file" = "this computer has no folder for settings of the user: give one with --config",
+            "dieser Computer hat keinen Ordner für Einstellungen des Benutzers: Geben Sie einen mit --config an";
+        FolderUnmade(path: String, reason: String): Bus "no-file" = "cannot create the folder {path} ({reason}): choose another one with --config",
+            "der Ordner {path} lässt sich nicht anlegen ({reason}): Wählen Sie einen anderen mit --config";
+    }
+}
+
+texts! {
+    /// What is wrong with the content of a file.
+    Fault {
+        Told(text: String) = "{text}", "{text}";
+        NotRegular = "it is not a regular file", "sie ist keine gewöhnliche Datei";
+        TooLong = "it is too long", "sie ist zu lang";
+        NoText = "it is not a text in UTF-8 or UTF-16", "sie ist kein Text in UTF-8 oder UTF-16";
+        LongerThan1MiB = "it is longer than 1 MiB", "sie ist länger als 1 MiB";
+        NoSection(name: String) = "it has no section [{name}]", "sie hat keinen Abschnitt [{name}]";
+        NoProduct = "it names no product", "sie nennt kein Produkt";
+        Product(error: Box<Error>) = "{error}; a device with a data sheet needs --eds", "{error}; für ein Gerät mit Datenblatt öffnen Sie zuerst das Datenblatt (EDS)";
+        NodeId = "its node-id is not from 1 to 127", "ihre Node-ID ist nicht von 1 bis 127";
+        NoQuotes(name: String) = "{name:?} has no value in quotes", "{name:?} hat keinen Wert in Anführungszeichen";
+        Value(why: Box<NumberError>) = "{why}", "{why}";
+        LongLine(line: usize) = "line {line} is too long", "Zeile {line} ist zu lang";
+        BadLine(line: usize) = "line {line} is not a valid line of an EDS", "Zeile {line} ist keine gültige Zeile einer EDS";
+        OpenQuote(line: usize) = "line {line} has an open quotation mark", "Zeile {line} hat ein offenes Anführungszeichen";
+        OpenBracket(line: usize) = "line {line} has an open bracket", "Zeile {line} hat eine offene Klammer";
+        NoSemicolon(line: usize) = "line {line} has no semicolon at the end of an entry", "Zeile {line} hat am Ende eines Eintrags kein Semikolon";
+        NoEntryLine(line: usize) = "line {line} is no entry of an EDS", "Zeile {line} ist kein Eintrag einer EDS";
+        NoEnd(line: usize, entry: String) = "line {line}: the entry {entry} has no end", "Zeile {line}: Der Eintrag {entry} hat kein Ende";
+        NoEntry = "it has no entry that can be read or written", "es hat keinen Eintrag, der gelesen oder geschrieben werden kann";
+        TooMany(most: usize) = "it has more than {most} entries", "es hat mehr als {most} Einträge";
+        TooManyFiles(most: usize) = "this program has read {most} different data sheets, which is the maximum: start it again",
+            "dieses Programm hat {most} verschiedene Datenblätter gelesen, mehr geht nicht: Starten Sie es neu";
+        NoDataSheet(product: &'static str) = "{product} has no data sheet: give a sheet of values with article, revision or serial",
+            "{product} hat kein Datenblatt: Geben Sie ein Blatt mit Werten an, mit article, revision oder serial";
+        OfDevicenet(product: &'static str) = "it is of a DeviceNet device, but {product} speaks CANopen", "es gehört zu einem DeviceNet-Gerät, {product} spricht aber CANopen";
+        OfCanopen(product: &'static str) = "it is of a CANopen device, but {product} speaks DeviceNet", "es gehört zu einem CANopen-Gerät, {product} spricht aber DeviceNet";
+        NoIdentity = "it has no identity", "es hat keine Identität";
+        NoNumberIn(key: &'static str, text: String, section: &'static str) = "{key} = {text} in [{section}] is no number", "{key} = {text} in [{section}] ist keine Zahl";
+        NoNumber(key: &'static str, text: String) = "{key} = {text} is no number", "{key} = {text} ist keine Zahl";
+    }
+}
+
+impl From<Unfit> for Fault {
+    fn from(unfit: Unfit) -> Self {
+        match unfit {
+            Unfit::NotRegular => Self::NotRegular,
+            Unfit::TooLong => Self::TooLong,
+            Unfit::NoText => Self::NoText,
+        }
+    }
+}
+
+impl From<NumberError> for Fault {
+    fn from(why: NumberError) -> Self {
+        Self::Value(Box::new(why))
+    }
+}
+
+/// The sentence of another library.
+impl From<String> for Fault {
+    fn from(text: String) -> Self {
+        Self::Told(text)
+    }
+}

@@ -1,0 +1,57 @@
+//! Errors of the server of the page.
+
+use super::errors;
+use crate::texts::texts;
+
+errors! {
+    /// A request of the page that is refused.
+    PageError {
+        Stopped: Stopped "stopped" = "stopped by the user: start the command again to finish it",
+            "angehalten: Beginnen Sie die Aktion noch einmal, um sie zu beenden";
+        OtherTab: Refused "other-tab" = "another tab is in charge: nothing was done. Press Take over, then repeat the action",
+            "ein anderer Tab führt: Nichts ist geschehen. Drücken Sie Übernehmen, und wiederholen Sie die Aktion";
+        NoTab: Usage "bad-request" = "the request has no name of a tab", "die Anfrage hat keinen Namen eines Tabs";
+        Stopping: Bus "stopped" = "the server is stopping: start `plumbline serve` again", "der Server hält an: Starten Sie `plumbline serve` neu";
+        Samples(most: u32): Usage "out-of-range" = "at most {most} samples per second are possible", "höchstens {most} Messwerte pro Sekunde sind möglich";
+        TextOrProduct: Usage "bad-request" = "a file is opened from its text or from a product", "eine Datei wird aus ihrem Text oder von einem Produkt geöffnet";
+        NoStore: Usage "no-store" = "there is no store file: start `plumbline serve --store FILE`", "es gibt keine Speicherdatei: Starten Sie `plumbline serve --store FILE`";
+        NoRequest: Usage "bad-request" = "there is no such request", "diese Anfrage gibt es nicht";
+        List: Usage "bad-request" = "the request is not valid: it is a list", "die Anfrage ist nicht gültig: Sie ist eine Liste";
+        Invalid(why: String): Usage "bad-request" = "the request is not valid: {why}", "die Anfrage ist nicht gültig: {why}";
+        Words(why: String): Usage "bad-request" = "{why}", "die Anfrage ist nicht gültig: {why}";
+        NoProtocol: Usage "bad-request" = "an address needs its protocol: fsc, canopen, devicenet or j1939", "eine Adresse braucht ihr Protokoll: fsc, canopen, devicenet oder j1939";
+        TooManyTabs(most: usize): Bus "too-many-tabs" = "{most} tabs are already open: close one of them, then this page connects automatically",
+            "{most} Tabs sind schon offen: Schließen Sie einen davon, dann verbindet sich diese Seite von selbst";
+        Forbidden(why: Forbidden): Usage "forbidden" = "{why}", "{why}";
+        NoListen(address: String, reason: String): Bus "no-listen" = "cannot listen on {address} ({reason}): choose another port with --listen 127.0.0.1:0",
+            "auf {address} ist keine Verbindung möglich ({reason}): Wählen Sie einen anderen Port mit --listen 127.0.0.1:0";
+        NoServer(reason: String): Bus "no-server" = "{reason}", "der Server ist gescheitert: {reason}";
+        NoRandom(reason: String): Bus "no-random" = "no random numbers: {reason}", "keine Zufallszahlen: {reason}";
+        SheetGone: Usage "unknown-product" = "the server does not have this data sheet any more: choose its file again",
+            "der Server hat dieses Datenblatt nicht mehr: Wählen Sie die Datei noch einmal";
+        NotConnected: Usage "not-connected" = "there is no sensor: connect to one first", "kein Sensor: Verbinden Sie sich zuerst mit einem";
+        AlreadyShown(address: String): Usage "already-shown" = "the chart shows the sensor at {address} already: choose another one",
+            "das Diagramm zeigt den Sensor auf {address} schon: Wählen Sie einen anderen";
+        TooManySensors(most: usize): Usage "too-many-sensors" = "the chart shows {most} sensors already: remove one first",
+            "das Diagramm zeigt schon {most} Sensoren: Entfernen Sie zuerst einen";
+        SensorChanged(line: String): Refused "sensor-changed" = "another sensor is connected now ({line}): nothing was done. Look at it, and give the command again",
+            "jetzt ist ein anderer Sensor verbunden ({line}), deshalb ist nichts geschehen. Sehen Sie ihn an, und wiederholen Sie die Aktion";
+    }
+}
+
+texts! {
+    /// Why a request is not answered.
+    Forbidden {
+        Unreadable = "a header is not readable", "ein Header ist nicht lesbar";
+        Twice = "a header occurs twice", "ein Header kommt zweimal vor";
+        Host = "the name of the server is wrong: open the address that `plumbline serve` has printed",
+            "der Name des Servers ist falsch: Öffnen Sie die Adresse, die `plumbline serve` ausgegeben hat";
+        Origin = "this request came from another page and was refused: nothing was done",
+            "diese Anfrage kam von einer anderen Seite und wurde abgelehnt: Nichts ist geschehen";
+        Secret = "the secret is missing or old: open the address that `plumbline serve` has printed",
+            "das Geheimnis fehlt oder ist alt: Öffnen Sie die Adresse, die `plumbline serve` ausgegeben hat";
+        ContentType = "a request has the content type application/json", "eine Anfrage hat den Content-Type application/json";
+        TooLong = "the request is too long: a file of settings has at most 1 MiB",
+            "die Anfrage ist zu lang: Eine Datei mit Einstellungen hat höchstens 1 MiB";
+    }
+}

@@ -1,0 +1,105 @@
+//! Texts for people in English and in German, by the variants of an enum. A variant without one of its texts, or with data that one of
+//! them does not say, does not compile.
+
+use std::fmt::Display;
+
+/// A text in the languages of the tool. `Display` is the English text of the command line.
+pub trait Text: Display {
+    /// The German text, which only the page shows.
+    fn german(&self) -> String;
+
+    /// The English text of the page, which names its controls where the command line names a command.
+    fn page(&self) -> String {
+        self.to_string()
+    }
+}
+
+impl<T: Text> Text for Box<T> {
+    fn german(&self) -> String {
+        (**self).german()
+    }
+
+    fn page(&self) -> String {
+        (**self).page()
+    }
+}
+
+/// Data in a text.
+pub trait Field {
+    /// What a German text shows.
+    type German<'a>
+    where
+        Self: 'a;
+
+    /// The data in a German text.
+    fn german(&self) -> Self::German<'_>;
+}
+
+impl<T: Text> Field for T {
+    type German<'a>
+        = String
+    where
+        T: 'a;
+
+    fn german(&self) -> String {
+        Text::german(self)
+    }
+}
+
+/// Names and numbers are the same in all languages.
+macro_rules! same {
+    ($($own:ty)*) => {
+        $(impl Field for $own {
+            type German<'a> = &'a $own;
+
+            fn german(&self) -> &$own {
+                self
+            }
+        })*
+    };
+}
+
+same! { String &'static str u8 u16 u32 u64 i64 usize }
+
+/// Declares an enum with its texts: `Variant(data: Type) = "English", "German";`. A third text is the English one of the page.
+macro_rules! texts {
+    ($(#[$meta:meta])* $name:ident {
+        $($variant:ident $(($($field:ident: $type:ty),*))? = $english:literal, $german:literal $(, $page:literal)?;)*
+    }) => {
+        $(#[$meta])*
+        #[derive(Clone, PartialEq, Debug)]
+        pub enum $name {
+            $(#[doc = concat!("```text\n", $english, "\n```")]
+            $variant $(($($type),*))?,)*
+        }
+
+        impl std::fmt::Display for $name {
+            fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+                match self {
+                    $(Self::$variant $(($($field),*))? => write!(f, $english),)*
+                }
+            }
+        }
+
+        impl $crate::texts::Text for $name {
+            fn german(&self) -> String {
+                match self {
+                    $(Self::$variant $(($($field),*))? => {
+                        $($(let $field = $crate::texts::Field::german($field);)*)?
+                        format!($german)
+                    })*
+                }
+            }
+
+            fn page(&self) -> String {
+                match self {
+                    $(Self::$variant $(($($field),*))? => $crate::texts::texts!(@page $english $(, $page)?),)*
+                }
+            }
+        }
+    };
+    (@page $english:literal) => { format!($english) };
+    (@page $english:literal, $page:literal) => { format!($page) };
+}
+
+pub(crate) use texts;
