@@ -47,12 +47,18 @@ async function load() {
   return build();
 }
 
+/** The name in the manual; that of a PDO has its number before it. @param {Entry} entry */
+function words({ name, title }) {
+  const [, kind, number] = name.match(/^([rt]pdo)(\d+)-/) ?? [];
+  return kind ? `${kind.toUpperCase()} ${number}: ${title}` : title;
+}
+
 /** @param {Entry} entry @returns {Row} */
 function row(entry) {
   const line = document.createElement("tr");
-  const name = /** @type {HTMLTableCellElement} */ (make("th", entry.name));
+  const name = /** @type {HTMLTableCellElement} */ (make("th", words(entry)));
   name.scope = "row";
-  name.title = entry.title;
+  name.title = entry.name;
   const sensor = make("td", "-", "value");
   const action = document.createElement("td");
   const [file, wrong] = [document.createElement("td"), make("span", "", "wrong")];

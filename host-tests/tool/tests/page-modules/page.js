@@ -203,7 +203,7 @@ class Page {
 
   /** The texts of the row of a parameter: name, sensor, action, file, factory value, range. */
   row(name) {
-    const row = this.element("rows").children.find((line) => line.firstChild.textContent === name);
+    const row = this.element("rows").children.find((line) => line.firstChild.title === name);
     assert.ok(row, name);
     return { line: row, cells: row.children.map((cell) => cell.textContent) };
   }

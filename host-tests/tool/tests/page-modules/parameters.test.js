@@ -35,7 +35,7 @@ const shown = (page) => page.element("rows").children.filter((line) => !line.hid
 
 test("table_shows_value_factory_value_and_range", async () => {
   const page = await connected();
-  assert.deepEqual(page.row("cyclic-time").cells, ["cyclic-time", "250 ms", "Set...", "", "250 ms", "1..65535 ms"]);
+  assert.deepEqual(page.row("cyclic-time").cells, ["Cyclic Time", "250 ms", "Set...", "", "250 ms", "1..65535 ms"]);
   assert.equal(page.row("filter-type").cells[1], "critically damped");
   assert.ok(page.element("parameters-empty").hidden);
   await page.event("values", { ...values, "cyclic-time": null });
@@ -354,4 +354,11 @@ test("data_sheet_is_handed_to_the_server_and_the_address_is_asked_for", async ()
   // Another tab has sent one.
   await page.event("sheets", [SHEET, { ...SHEET, sheet: "eds:2" }]);
   assert.ok(page.element("product").options.some(({ value }) => value === "eds:2"));
+});
+
+test("parameter_has_its_name_in_the_manual_and_the_name_of_the_command_line_as_tooltip", async () => {
+  const page = await open();
+  await page.connected("jn2101");
+  const words = ["node-id", "tpdo2-event-timer"].map((name) => page.row(name).cells[0]);
+  assert.deepEqual(words, ["Node ID", "TPDO 2: Event timer"]);
 });
