@@ -79,6 +79,17 @@ pub struct Started {
     pub settings: Vec<(ParameterId, u32)>,
 }
 
+impl Started {
+    /// A stream that has begun.
+    pub(crate) fn now(stream: impl Stream + 'static, every: Option<Duration>) -> Self {
+        Self {
+            stream: Box::new(stream),
+            every,
+            settings: Vec::new(),
+        }
+    }
+}
+
 /// Decodes the angles in a frame that came at a time.
 type Decode = dyn Fn(Instant, &Frame) -> Option<Message>;
 

@@ -7,7 +7,7 @@
 //! - [`master`]: the master of each protocol, one folder for each
 //! - [`sheet`], [`number`], [`resolve`]: the names and values of a product, made from the tables of the core
 //! - [`eds`]: the same from the data sheet of a device that is not in the catalogue
-//! - [`identify`], [`boot_up`], [`connect`], [`session`]: which product answers, and a session with it
+//! - [`identify`], [`connect`], [`session`]: which product answers, and a session with it
 //! - [`backup`], [`plan`]: the file with the settings, and the order in which they are written
 //! - [`sample`], [`cyclic`]: samples of the angles, polled or sent by the sensor
 //! - [`calibrate`]: the log of a board, and when a sensor is at rest
@@ -22,7 +22,6 @@
 pub mod adapter;
 pub mod backup;
 pub mod bar;
-pub mod boot_up;
 pub mod calibrate;
 pub mod cli;
 pub mod command;

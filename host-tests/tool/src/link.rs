@@ -1,8 +1,8 @@
 //! The link to the bus: an adapter with a count of the frames that were sent; one request, one answer.
 
 use crate::adapter::{Adapter, Mode};
-use crate::boot_up::BootUps;
 use crate::error::{AdapterError, Error, RequestError};
+use crate::master::fsc::boot_up::BootUps;
 use crate::master::fsc::request::Sensor;
 use crate::master::j1939::groups::own::Own;
 use plumbline::can::{BitRate, Frame};

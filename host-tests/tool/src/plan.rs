@@ -8,10 +8,9 @@
 //!   waited for.
 //! - A write that the sensor refuses is tried again after the others: filter and cut-off frequency depend on each other.
 
-mod cob_ids;
-
 use crate::error::{Error, NumberError, SensorError};
 use crate::master::Roles;
+use crate::master::canopen::cob_ids;
 use crate::session::Session;
 use crate::sheet::{Entry, Origin};
 use plumbline::can::CanId;

@@ -6,13 +6,13 @@
 use super::listen::Frames;
 use super::passive::{is_lss_used, is_used};
 use super::row::{By, Heard, Row, Rows, UNCONFIGURED};
-use crate::boot_up::boot_up;
 use crate::error::Error;
 use crate::identify;
 use crate::link::Link;
 use crate::master::canopen::lss;
 use crate::master::devicenet::explicit::Slave;
 use crate::master::factory_targets;
+use crate::master::fsc::boot_up::boot_up;
 use crate::master::fsc::request::{self as fsc, Sensor};
 use crate::master::j1939::groups as j1939;
 use crate::master::{Ca, Node, Target};

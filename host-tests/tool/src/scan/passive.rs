@@ -18,8 +18,8 @@
 use super::listen::Frames;
 use super::process_data::{self, Node};
 use super::row::{By, Heard, Row};
-use crate::boot_up::{BootUps, boot_up, is_repeated, may_be_asked};
 use crate::master::devicenet::explicit::Slave;
+use crate::master::fsc::boot_up::{BootUps, boot_up, is_repeated, may_be_asked};
 use crate::master::fsc::factory_reply;
 use crate::master::fsc::request::{Sensor, shown};
 use crate::master::{Ca, Target, canopen};

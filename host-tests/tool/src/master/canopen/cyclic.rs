@@ -100,7 +100,7 @@ pub(super) fn start(
         }
         return Err(failure);
     }
-    Ok(started(pdo, Some(millis(every))))
+    Ok(Started::now(pdo, Some(millis(every))))
 }
 
 /// A TPDO that is on, if it has all values of one of these sets.
@@ -153,15 +153,7 @@ fn listened(
         layout: layout.clone(),
         before: None,
     };
-    Ok(started(pdo, every))
-}
-
-fn started(pdo: Pdo, every: Option<Duration>) -> Started {
-    Started {
-        stream: Box::new(pdo),
-        every,
-        settings: Vec::new(),
-    }
+    Ok(Started::now(pdo, every))
 }
 
 /// Asks whether a TPDO that is on can be changed.

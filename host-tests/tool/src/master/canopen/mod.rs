@@ -1,5 +1,6 @@
 //! CANopen.
 
+pub(crate) mod cob_ids;
 mod cyclic;
 mod identify;
 mod identity;

@@ -95,7 +95,7 @@ pub(super) fn start(
         let _ = io.stop(session);
         return Err(failure);
     }
-    Ok(started(io, Some(millis(every))))
+    Ok(Started::now(io, Some(millis(every))))
 }
 
 /// The places of the angles in an assembly. The sampler keeps the angles that are in the assembly; None: the assembly has no angle.
@@ -174,15 +174,7 @@ fn listened(
         "another master owns the sensor: it is only listened to, nothing is sent. Its messages {every_text}; they are taken as {}, with the resolution as delivered",
         names.join(" and ")
     ));
-    Ok(started(io, every))
-}
-
-fn started(io: Io, every: Option<Duration>) -> Started {
-    Started {
-        stream: Box::new(io),
-        every,
-        settings: Vec::new(),
-    }
+    Ok(Started::now(io, every))
 }
 
 impl Io {

@@ -1,6 +1,7 @@
 //! GEMAC function select codes.
 
 mod angles;
+pub mod boot_up;
 mod identify;
 mod raw;
 pub mod request;

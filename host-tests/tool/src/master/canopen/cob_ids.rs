@@ -1,7 +1,7 @@
 //! COB-IDs and mappings of CANopen: the service is switched off while they change.
 
-use super::Values;
 use crate::error::Error;
+use crate::plan::Values;
 use crate::session::Session;
 use crate::sheet::{Address, Entry};
 use plumbline::canopen::cob_id::DISABLED;
@@ -45,7 +45,7 @@ fn communication(entry: &Entry) -> Option<u16> {
 const MAPPING: u16 = 0x200;
 
 /// Writes the COB-IDs and mappings of PDOs, and returns the other values.
-pub(super) fn pdos(session: &mut Session, values: Values) -> Result<Values, Error> {
+pub(crate) fn pdos(session: &mut Session, values: Values) -> Result<Values, Error> {
     let (values, rest): (Values, Values) = values
         .into_iter()
         .partition(|(entry, _)| communication(entry).is_some());
@@ -190,7 +190,7 @@ fn undo(session: &mut Session, before: &Before) -> Result<(), Error> {
 }
 
 /// Writes the other COB-IDs, and returns the other values. An identifier changes while its service is off.
-pub(super) fn others(session: &mut Session, values: Values) -> Result<Values, Error> {
+pub(crate) fn others(session: &mut Session, values: Values) -> Result<Values, Error> {
     let (cob_ids, rest): (Values, Values) = values
         .into_iter()
         .partition(|(entry, _)| entry.node_relative);
