@@ -25,6 +25,8 @@ pub fn sleep(until: Instant) {
         critical_section::with(|_| {
             if !EVENT.load(Ordering::Relaxed) {
                 cortex_m::asm::wfi();
+                // With DBG_SLEEP, some STM32 execute wrong instructions that were fetched before the sleep. They are fetched again.
+                cortex_m::asm::isb();
             }
         });
     }
