@@ -15,7 +15,7 @@
 //! - [`scan`]: finds sensors with unknown bit rate, protocol and address
 //! - [`serve`]: the page in the browser
 //! - [`ops`]: the operations on a sensor, for the command line and the page
-//! - [`command`]: the commands; [`cli`]: the command line; [`output`], [`bar`], [`question`]: the terminal; [`failure`]: exit codes and messages
+//! - [`command`]: the commands; [`cli`]: the command line; [`output`], [`bar`], [`question`]: the terminal; [`error`]: exit codes and messages
 //!
 //! Nothing about a parameter is known here. Names, types, units, ranges and factory values come from the catalogue of the core.
 

@@ -1,6 +1,7 @@
-//! The master of each protocol: one folder has all that the tool knows of the protocol.
+//! The master of each protocol, one folder for each.
 //!
-//! A new protocol is a folder and a line of [`masters`].
+//! A new protocol is a folder and a line of `masters!`, and what [`scan`](crate::scan), [`connect`](crate::connect) and [`eds`](crate::eds)
+//! know of it.
 
 pub mod canopen;
 pub mod devicenet;
