@@ -87,9 +87,12 @@ const SWAPS: &[Swap] = &[
         ["\"0.1 deg\", Resolution(10)", "\"1 deg\", Resolution(100)"],
     ),
     // Codes.
-    swap(FUNCTIONS, ["access(0x11, 0x21,", "access(0x12, 0x22,"]),
-    swap(FUNCTIONS, ["code: 0x03,", "code: 0x04,"]),
-    swap(FUNCTIONS, ["code: 0x40,", "code: 0x50,"]),
+    swap(
+        FUNCTIONS,
+        ["Access::new(0x11, 0x21,", "Access::new(0x12, 0x22,"],
+    ),
+    swap(FUNCTIONS, ["new(0x03,", "new(0x04,"]),
+    swap(FUNCTIONS, ["new(0x40,", "new(0x50,"]),
     swap(FUNCTIONS, ["b\"LOAD\"", "b\"SAVE\""]),
     swap(OBJECTS, ["id::QUADRANT", "id::DEFINITION"]),
     swap(OBJECTS, ["id::TPDO0)", "id::TPDO1)"]),
@@ -112,8 +115,8 @@ const SWAPS: &[Swap] = &[
     swap(
         FUNCTIONS,
         [
-            "bit(\"SensorErrorX\", Condition::Fault(Faults::X))",
-            "bit(\"SensorErrorY\", Condition::Fault(Faults::Y))",
+            "StatusBit::new(\"SensorErrorX\", Condition::Fault(Faults::X))",
+            "StatusBit::new(\"SensorErrorY\", Condition::Fault(Faults::Y))",
         ],
     ),
     swap(
@@ -172,8 +175,8 @@ const SWAPS: &[Swap] = &[
     swap(IMS360_J1939, ["groups::PITCH_SPN", "groups::ROLL_SPN"]),
     swap(IMS360_J1939, ["u32 = 168;", "u32 = 630;"]),
     swap(IMS360_J1939, ["u8 = 3;", "u8 = 4;"]),
-    swap(GROUPS, ["pgn: 61_481", "pgn: 61_459"]),
-    swap(GROUPS, ["pgn: 61_482", "pgn: 61_485"]),
+    swap(GROUPS, ["], 61_481", "], 61_459"]),
+    swap(GROUPS, ["], 61_482", "], 61_485"]),
     swap(GROUPS, ["u32 = 4976;", "u32 = 4977;"]),
     swap(GROUPS, ["PITCH_SPN, 0,", "ROLL_SPN, 24,"]),
     swap(GROUPS, ["3318, 0,", "3319, 16,"]),
