@@ -17,9 +17,14 @@ use std::path::{Path, PathBuf};
 use std::sync::Once;
 
 /// Maximum additional delay of an image: it handles a deadline at the next tick of its clock, and an event in the next run of its main
-/// loop. In a message of five packets, the deadline of each packet follows from the packet before.
+/// loop. In a message of five packets, the deadline of each packet follows from the packet before, and that of the second check of a MAC ID
+/// from the first.
 fn delay(product: &str) -> Duration {
-    ms(if product == "ims360" { 5 } else { 1 })
+    ms(match product {
+        "ims360" => 5,
+        "tiltix080" => 2,
+        _ => 1,
+    })
 }
 
 /// The traces of a product, up to date with `UPDATE=1`.
