@@ -15,7 +15,7 @@ use crate::param::{
 };
 use crate::walk::{each, put};
 
-/// Joins arrays of objects, one table from several: `plumbline::objects![[profile::error_register()], profile::server_sdo()]`.
+/// Joins several arrays of objects to one table: `plumbline::objects![[profile::error_register()], profile::server_sdo()]`.
 #[macro_export]
 macro_rules! objects {
     ($($part:expr),* $(,)?) => {

@@ -93,7 +93,7 @@ impl Started {
 /// Decodes the angles in a frame that came at a time.
 type Decode = dyn Fn(Instant, &Frame) -> Option<Message>;
 
-/// The messages in which a sensor sends its angles by itself, whoever has asked it to. Nothing is sent for them, and no setting changes.
+/// The messages in which a sensor sends its angles by itself. The tool only receives them: it sends nothing, and changes no setting.
 pub struct Source {
     /// The angles in a frame that came at this time; None: it is another message.
     pub(crate) message: Box<Decode>,

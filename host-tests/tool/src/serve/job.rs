@@ -148,7 +148,7 @@ impl Scan {
 pub enum Chart {
     /// Show this one too.
     Add(Other),
-    /// Do not show the one with this number any more.
+    /// Stops showing the sensor with this number.
     Remove(u64),
 }
 
