@@ -21,15 +21,16 @@ export const TAB = Array.from(crypto.getRandomValues(new Uint8Array(12)), (byte)
 // The address of a server that was started again changes only the part behind `#`.
 addEventListener("hashchange", () => { if (GIVEN.test(location.hash)) location.reload(); });
 
-/** A request that failed: the code and the sentence of the command line, and whether the bus or the sensor is the cause. */
+/** A request that failed: its code and its texts, and whether the bus or the sensor is the cause. */
 export class Failure extends Error {
   /**
-   * @param {string} code @param {string} message @param {boolean} [isOfBus]
+   * @param {string} code @param {import("./texts.js").Texts | null} [texts] of the program @param {boolean} [isOfBus]
    * @param {import("./texts.js").Question[]} [questions] that must be answered first
    */
-  constructor(code, message, isOfBus = false, questions = []) {
-    super(message);
+  constructor(code, texts = null, isOfBus = false, questions = []) {
+    super(code);
     this.code = code;
+    this.texts = texts;
     this.isOfBus = isOfBus;
     this.questions = questions;
   }
@@ -38,10 +39,11 @@ export class Failure extends Error {
 /** @param {Response} response */
 async function failure(response) {
   try {
-    const { error } = await response.json();
-    return new Failure(error.code, error.message, [502, 504].includes(response.status), error.questions);
+    const { error, texts } = await response.json();
+    return new Failure(error.code, texts, [502, 504].includes(response.status), error.questions);
   } catch {
-    return new Failure("http", `HTTP ${response.status}`);
+    const text = `HTTP ${response.status}`;
+    return new Failure("http", { en: text, de: text });
   }
 }
 
@@ -51,7 +53,7 @@ async function ask(path, options) {
   try {
     response = await fetch(path, { ...options, headers: { ...options.headers, "X-Plumbline-Token": token, "X-Plumbline-Tab": TAB } });
   } catch {
-    throw new Failure("gone", "");
+    throw new Failure("gone");
   }
   if (!response.ok) throw await failure(response);
   return response;
@@ -82,9 +84,9 @@ export async function events(take, changed) {
       const response = await ask("api/events", {});
       changed(null);
       await read(response, take);
-      changed(new Failure("gone", ""));
+      changed(new Failure("gone"));
     } catch (error) {
-      changed(error instanceof Failure ? error : new Failure("gone", ""));
+      changed(error instanceof Failure ? error : new Failure("gone"));
     }
     await new Promise((resolve) => setTimeout(resolve, 1000));
   }

@@ -49,8 +49,8 @@ on("failure", setFailure);
 let reason = "";
 on("status", (status) => {
   const error = status?.error;
-  if (error && error !== reason) fail(new Failure("ended", error, true));
-  reason = error ?? "";
+  if (error && error.en !== reason) fail(new Failure("ended", error, true));
+  reason = error?.en ?? "";
   // A message goes with its cause.
   wasLost ||= !isAnswering();
   const isBack = wasLost && isAnswering();

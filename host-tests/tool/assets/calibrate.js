@@ -3,7 +3,7 @@
 import { post } from "./api.js";
 import { faces, look, paint, svg, turn } from "./attitude.js";
 import { element, make, mayAct, on, press, state as server } from "./state.js";
-import { onLanguage, t } from "./texts.js";
+import { inLanguage, onLanguage, t } from "./texts.js";
 
 /** The order of the positions. */
 const SIDES = ["+z", "-z", "+x", "-x", "+y", "-y"];
@@ -14,7 +14,7 @@ const SERVE = "plumbline --product is2 serve --calibrate positions.csv --store i
 /**
  * @typedef {{state: string, up: string | null, acceleration: number[], spread: number, temperature: number}} Measured
  * @typedef {{state: string, line?: string, demo?: boolean, place?: number, side?: string, taken?: string[], serial?: number,
- *   question?: number | null, measured?: Measured | null, result?: {offset_mg: number[]}, next?: string, error?: string}} Calibration
+ *   question?: number | null, measured?: Measured | null, result?: {offset_mg: number[]}, next?: string, error?: import("./texts.js").Texts}} Calibration
  */
 
 /** @type {Calibration} */
@@ -56,7 +56,7 @@ function step() {
   if (state === "off") return t("calibrate-off");
   if (state === "idle") return t(calibration.demo ? "calibrate-demo" : "calibrate-idle");
   if (state === "waiting") return t("calibrate-waiting");
-  if (state === "failed") return error ?? "";
+  if (state === "failed") return error ? inLanguage(error) : "";
   if (state === "done") return t("calibrate-done");
   if (!side || !place) return t("calibrate-waiting");
   const found = measured ? t(`calibrate-${measured.state}`, measured.up ?? "", side) : t("calibrate-measuring");

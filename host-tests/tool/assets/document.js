@@ -4,6 +4,7 @@ import { which } from "./actions.js";
 import { post } from "./api.js";
 import { download } from "./chart.js";
 import { ask } from "./dialog.js";
+import { sentence } from "./failure.js";
 import { textOf } from "./reading.js";
 import { attempt, element, emit, isReady, on, press, sensor, shown, state } from "./state.js";
 import { onLanguage, t } from "./texts.js";
@@ -128,7 +129,7 @@ async function tryChange(name, value) {
   try {
     await send(name, value);
   } catch (error) {
-    refused.set(name, { value, why: /** @type {Error} */ (error).message });
+    refused.set(name, { value, why: sentence(error) });
     emit("file", file);
     show();
   }

@@ -1,9 +1,9 @@
 // Each action with its command line.
 
 import { element, fail, make, on } from "./state.js";
-import { currentLanguage, onLanguage, questionText, said, t } from "./texts.js";
+import { currentLanguage, inLanguage, onLanguage, questionText, said, t } from "./texts.js";
 
-/** @typedef {{n: number, at: number, line: string, state: string, notes?: string[], result?: any, error?: {message: string, questions?: import("./texts.js").Question[]}}} Action */
+/** @typedef {{n: number, at: number, line: string, state: string, notes?: string[], result?: any, texts?: import("./texts.js").Texts, error?: {questions?: import("./texts.js").Question[]}}} Action */
 /** The most actions. */
 const MOST = 100;
 /** The actions with their rows. @type {Map<number, {action: Action, row: HTMLElement}>} */
@@ -13,9 +13,9 @@ const actions = new Map();
 function item(action) {
   const entry = document.createElement("li");
   const row = make("div", undefined, "row");
-  const text = document.createElement("div");
+  const head = document.createElement("div");
   const time = make("time", new Date(action.at).toLocaleTimeString(currentLanguage()));
-  text.append(time, make("code", action.line), ` ${t(action.state)}`);
+  head.append(time, make("code", action.line), ` ${t(action.state)}`);
   const copy = /** @type {HTMLButtonElement} */ (make("button", t("copy")));
   copy.type = "button";
   copy.setAttribute("aria-label", t("copy-line", action.line));
@@ -25,15 +25,15 @@ function item(action) {
       copy.textContent = t("copied");
     } catch (error) {
       // Without the permission the line is selected, so that the user can copy it.
-      const code = text.querySelector("code");
+      const code = head.querySelector("code");
       if (code) getSelection()?.selectAllChildren(code);
       else fail(error);
     }
   });
-  row.append(text, copy);
+  row.append(head, copy);
   entry.append(row);
-  const { message = "", questions } = action.error ?? {};
-  const ends = questions?.map(questionText) ?? message.split("\n").filter((line) => line !== "").map(said);
+  const text = action.texts ? inLanguage(action.texts) : "";
+  const ends = action.error?.questions?.map(questionText) ?? text.split("\n").filter((line) => line !== "");
   const kind = action.state === "failed" ? "failed" : "note";
   for (const line of [...(action.notes ?? []).slice(-6), ...done(action.result)]) entry.append(make("div", said(line), "note"));
   for (const line of ends) entry.append(make("div", line, kind));

@@ -18,12 +18,12 @@ function encoding([first, second]) {
  * @param {Blob} chosen @param {{isDataSheet: boolean}} kind
  */
 export async function textOf(chosen, { isDataSheet }) {
-  if (chosen.size > LONGEST) throw new Failure("file-too-long", "");
+  if (chosen.size > LONGEST) throw new Failure("file-too-long");
   const bytes = new Uint8Array(await chosen.arrayBuffer());
   try {
     return new TextDecoder(encoding(bytes), { fatal: true }).decode(bytes).replaceAll("\uFEFF", "");
   } catch {
-    if (!isDataSheet) throw new Failure("file-no-text", "");
+    if (!isDataSheet) throw new Failure("file-no-text");
     return new TextDecoder("latin1").decode(bytes);
   }
 }

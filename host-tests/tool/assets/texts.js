@@ -33,6 +33,13 @@ export function questionText(question) {
   return filled(`question-${question.id}`, { ...question, rate, doubts: doubts.join("; ") });
 }
 
+/** A text of the program. @typedef {{en: string, de: string}} Texts */
+
+/** A text of the program in the language of the page. @param {Texts} both @returns {string} */
+export function inLanguage(both) {
+  return language === "de" ? both.de : both.en;
+}
+
 /** A text of the program in the language of the page, if the page knows it. @param {string} text @returns {string} */
 export function said(text) {
   if (language !== "de") return text;

@@ -128,7 +128,8 @@ crate::texts::texts! {
         NotTaken(error: Error) = "the present position was not taken: the sensor has no valid angle now (its accelerometer clips, fails or gives no values), or it cannot use this position; {error}",
             "die jetzige Lage wurde nicht übernommen: Der Sensor hat jetzt keinen gültigen Winkel (sein Beschleunigungsmesser ist übersteuert, gestört oder gibt keine Werte), oder er kann diese Lage nicht verwenden; {error}";
         NotRestored(error: Error, name: String, value: String, raw: u32) = "{error}; the tool could not restore {name}, which was {value}: `plumbline set {name}=raw:{raw}`, or switch the sensor off and on",
-            "{error}; {name} konnte nicht zurückgesetzt werden und war {value} (raw:{raw}): Setzen Sie {name}, oder schalten Sie den Sensor aus und ein";
+            "{error}; {name} konnte nicht zurückgesetzt werden und war {value} (raw:{raw}): Setzen Sie {name}, oder schalten Sie den Sensor aus und ein",
+            "{error}; the tool could not restore {name}, which was {value} (raw:{raw}): set {name}, or switch the sensor off and on";
         Remembered(error: Error) = "{error}. Bit rate and address can be those of the last command: give them, or find the sensor with `plumbline scan`",
             "{error}. Bitrate und Adresse können die des letzten Befehls sein: Geben Sie sie an, oder suchen Sie den Sensor mit `plumbline scan`";
         NotChanged(error: Error) = "{error}; nothing has changed: choose a rate that the adapter has",
@@ -269,6 +270,10 @@ impl Display for Explained {
 impl Text for Explained {
     fn german(&self) -> String {
         self.why.german()
+    }
+
+    fn page(&self) -> String {
+        self.why.page()
     }
 }
 

@@ -1,10 +1,16 @@
 //! Texts for people in English and in German, by the variants of an enum. A variant without one of its texts, or with data that one of
 //! them does not say, does not compile.
 
+use serde_json::{Value, json};
 use std::fmt::Display;
 
 /// A text in the languages of the tool. `Display` is the English text of the command line.
 pub trait Text: Display {
+    /// The texts of the page.
+    fn texts(&self) -> Value {
+        json!({"en": self.page(), "de": self.german()})
+    }
+
     /// The German text, which only the page shows.
     fn german(&self) -> String;
 
@@ -26,17 +32,20 @@ impl<T: Text> Text for Box<T> {
 
 /// Data in a text.
 pub trait Field {
-    /// What a German text shows.
-    type German<'a>
+    /// What a text of the page shows.
+    type Shown<'a>
     where
         Self: 'a;
 
     /// The data in a German text.
-    fn german(&self) -> Self::German<'_>;
+    fn german(&self) -> Self::Shown<'_>;
+
+    /// The data in an English text of the page.
+    fn page(&self) -> Self::Shown<'_>;
 }
 
 impl<T: Text> Field for T {
-    type German<'a>
+    type Shown<'a>
         = String
     where
         T: 'a;
@@ -44,15 +53,23 @@ impl<T: Text> Field for T {
     fn german(&self) -> String {
         Text::german(self)
     }
+
+    fn page(&self) -> String {
+        Text::page(self)
+    }
 }
 
 /// Names and numbers are the same in all languages.
 macro_rules! same {
     ($($own:ty)*) => {
         $(impl Field for $own {
-            type German<'a> = &'a $own;
+            type Shown<'a> = &'a $own;
 
             fn german(&self) -> &$own {
+                self
+            }
+
+            fn page(&self) -> &$own {
                 self
             }
         })*
@@ -93,7 +110,10 @@ macro_rules! texts {
 
             fn page(&self) -> String {
                 match self {
-                    $(Self::$variant $(($($field),*))? => $crate::texts::texts!(@page $english $(, $page)?),)*
+                    $(Self::$variant $(($($field),*))? => {
+                        $($(let $field = $crate::texts::Field::page($field);)*)?
+                        $crate::texts::texts!(@page $english $(, $page)?)
+                    })*
                 }
             }
         }

@@ -9,7 +9,7 @@ errors! {
         Stopped: Stopped "stopped" = "stopped by the user: start the command again to finish it",
             "angehalten: Beginnen Sie die Aktion noch einmal, um sie zu beenden";
         OtherTab: Refused "other-tab" = "another tab is in charge: nothing was done. Press Take over, then repeat the action",
-            "ein anderer Tab führt: Nichts ist geschehen. Drücken Sie Übernehmen, und wiederholen Sie die Aktion";
+            "ein anderer Tab steuert den Sensor: Nichts ist geschehen. Drücken Sie Übernehmen, und wiederholen Sie die Aktion";
         NoTab: Usage "bad-request" = "the request has no name of a tab", "die Anfrage hat keinen Namen eines Tabs";
         Stopping: Bus "stopped" = "the server is stopping: start `plumbline serve` again", "der Server hält an: Starten Sie `plumbline serve` neu";
         Samples(most: u32): Usage "out-of-range" = "at most {most} samples per second are possible", "höchstens {most} Messwerte pro Sekunde sind möglich";
@@ -21,7 +21,7 @@ errors! {
         Words(why: String): Usage "bad-request" = "{why}", "die Anfrage ist nicht gültig: {why}";
         NoProtocol: Usage "bad-request" = "an address needs its protocol: fsc, canopen, devicenet or j1939", "eine Adresse braucht ihr Protokoll: fsc, canopen, devicenet oder j1939";
         TooManyTabs(most: usize): Bus "too-many-tabs" = "{most} tabs are already open: close one of them, then this page connects automatically",
-            "{most} Tabs sind schon offen: Schließen Sie einen davon, dann verbindet sich diese Seite von selbst";
+            "{most} Tabs sind schon offen. Schließen Sie einen davon: Dann verbindet sich diese Seite von selbst";
         Forbidden(why: Forbidden): Usage "forbidden" = "{why}", "{why}";
         NoListen(address: String, reason: String): Bus "no-listen" = "cannot listen on {address} ({reason}): choose another port with --listen 127.0.0.1:0",
             "auf {address} ist keine Verbindung möglich ({reason}): Wählen Sie einen anderen Port mit --listen 127.0.0.1:0";

@@ -3,13 +3,14 @@
 //! The page chooses no file and no command: both come from the command line of `serve`. A page that can start programs is a larger risk
 //! than a page that can move a zero point.
 
-use super::events::{Hub, Kind};
+use super::events::{Hub, Kind, tell};
 use super::line;
 use crate::calibrate::host::{Host, Question, State, Step};
 use crate::calibrate::log::Source;
 use crate::calibrate::rest::Average;
 use crate::command::calibrate;
 use crate::error::{CalibrationError, Error, RequestError};
+use crate::texts::Text;
 use serde::Deserialize;
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
@@ -273,8 +274,8 @@ impl Page {
                 self.show("done");
             }
             Err(failure) => {
-                self.document["error"] = json!(failure.to_string());
-                event["error"] = failure.json()["error"].clone();
+                self.document["error"] = failure.texts();
+                tell(&mut event, &failure);
                 self.show("failed");
             }
         }

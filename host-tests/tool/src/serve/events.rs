@@ -9,6 +9,7 @@
 //! opens another one and knows the present state again. The numbers of the samples show what is missing.
 
 use crate::error::{Error, PageError};
+use crate::texts::Text;
 use serde_json::{Value, json};
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -90,6 +91,12 @@ impl Kind {
             Self::Progress => "progress",
         }
     }
+}
+
+/// Adds a failure to an answer or an event: the document of `--json`, and the texts of the page.
+pub fn tell(to: &mut Value, failure: &Error) {
+    to["error"] = failure.json()["error"].clone();
+    to["texts"] = failure.texts();
 }
 
 /// The tabs, and what a new tab must know.

@@ -22,6 +22,7 @@ use crate::link::Link;
 use crate::output::Terminal;
 use crate::question::Question;
 use crate::scan::{Memory, kbits};
+use crate::texts::Text;
 use commands::Notes;
 use plumbline::can::BitRate;
 use plumbline::time::{after, millis};
@@ -80,7 +81,7 @@ pub struct Worker {
     /// The line of the running command.
     busy: Option<String>,
     /// Why the connection ended, for the page.
-    error: Option<String>,
+    error: Option<Value>,
     status: Reported,
 }
 
@@ -179,7 +180,7 @@ impl Worker {
         if let Err(failure) = result
             && !failure.is_stopped()
         {
-            self.error = Some(failure.to_string());
+            self.error = Some(failure.texts());
             self.port = None;
             self.forget();
             self.report();
@@ -293,7 +294,7 @@ impl Worker {
             }
             let _ = self.close();
             if failure.questions().is_empty() {
-                self.error = Some(failure.to_string());
+                self.error = Some(failure.texts());
             } else {
                 self.wait(asked, failure.questions().to_vec());
             }

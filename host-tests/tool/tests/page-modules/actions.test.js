@@ -2,7 +2,7 @@
 
 import assert from "node:assert/strict";
 import test from "node:test";
-import { answers, open, Refusal, STATUS } from "./page.js";
+import { answers, open, Refusal, STATUS, texts } from "./page.js";
 
 /** The page with a sensor, whose angles are asked for before a question. */
 async function connected(name, change = {}) {
@@ -112,10 +112,10 @@ test("yes_to_a_question_about_another_sensor_is_for_the_one_that_was_shown", asy
   const page = await connected("is2");
   await page.question("zero");
   await page.connected("jn2101", { connection: 7 });
-  page.reply("api/run", new Refusal("sensor-changed", "another sensor", 409));
+  page.reply("api/run", new Refusal("sensor-changed", "another sensor is connected now", 409));
   await page.yes();
   assert.equal(page.requests.pop().sensor, number("is2"));
-  assert.match(page.text("message"), /^Another sensor is connected now, so nothing was done/);
+  assert.equal(page.text("message"), "another sensor is connected now");
 });
 
 test("stored_bit_rate_is_preselected", async () => {
@@ -190,7 +190,7 @@ test("message_ends_with_its_cause", async () => {
   assert.equal(page.text("message"), "a reason");
   await page.status({});
   assert.equal(page.text("message"), "", "the sensor answers again");
-  await page.event("status", { ...STATUS, state: "closed", error: "the adapter is gone: plug it in again" });
+  await page.event("status", { ...STATUS, state: "closed", error: texts("the adapter is gone: plug it in again") });
   assert.match(page.text("message"), /plug it in/);
   await page.status({});
   assert.equal(page.text("message"), "", "the adapter is back");
@@ -222,7 +222,7 @@ test("log_has_the_newest_action_first_with_its_line_notes_and_end", async () => 
   assert.equal(page.element("log-empty").hidden, false);
   const row = (place) => page.element("log-rows").children[place];
   await page.event("action", { n: 1, at: 0, line: "plumbline get", state: "running" });
-  await page.event("action", { n: 2, at: 0, line: "plumbline zero", state: "failed", notes: ["n1"], error: { message: "a reason\nanother" } });
+  await page.event("action", { n: 2, at: 0, line: "plumbline zero", state: "failed", notes: ["n1"], error: {}, texts: texts("a reason\nanother", "ein Grund") });
   assert.ok(page.element("log-empty").hidden);
   assert.match(row(0).textContent, /plumbline zero failed.*n1a reasonanother/);
   assert.deepEqual(row(0).children.slice(1).map(({ className }) => className), ["note", "failed", "failed"]);
@@ -235,10 +235,11 @@ test("log_has_the_newest_action_first_with_its_line_notes_and_end", async () => 
   await page.pass(0);
   assert.deepEqual([page.copied, row(1).querySelector("button").textContent], [["plumbline get"], "Copied"]);
   // A question is no failure.
-  await page.event("action", { n: 3, at: 0, line: "plumbline scan", state: "asks", error: { message: "Ask it?", questions: [{ id: "silent" }] } });
+  await page.event("action", { n: 3, at: 0, line: "plumbline scan", state: "asks", error: { questions: [{ id: "silent" }] }, texts: texts("Ask it?") });
   assert.deepEqual(row(0).children.slice(1).map(({ className }) => className), ["note"]);
   await page.change("language", "de");
   assert.match(row(0).textContent, /eine Frage/);
+  assert.match(row(1).textContent, /ein Grund/);
   await page.end();
   page.isGone = false;
   await page.pass(1000);

@@ -2,7 +2,7 @@
 
 import assert from "node:assert/strict";
 import test from "node:test";
-import { answers, CLOSED, open, Refusal, STATUS, TOKEN } from "./page.js";
+import { answers, CLOSED, open, Refusal, STATUS, texts, TOKEN } from "./page.js";
 
 const value = (page, id) => page.element(id).value;
 
@@ -126,11 +126,10 @@ test("page_says_that_it_connects_and_how_it_ended", async () => {
   page.reply("api/connect", () => new Promise((resolve) => { end = resolve; }));
   await page.dispatch("connection", "submit");
   assert.match(page.text("found-empty"), /^Connecting/);
-  end(new Refusal("no-answer", "nobody answers at canopen 77: check power and wiring, or find it with `plumbline scan`", 504));
+  end(new Refusal("no-answer", "nobody answers", 504));
   await page.pass(0);
   assert.match(page.text("found-empty"), /^No sensor yet/);
-  assert.match(page.text("message"), /^nobody answers at canopen 77: .*choose Bit rate: automatic.*press Find sensors/);
-  assert.doesNotMatch(page.text("message"), /plumbline/);
+  assert.equal(page.text("message"), "nobody answers");
   // The next action takes the message away.
   page.reply("api/connect", {});
   await page.dispatch("connection", "submit");
@@ -141,16 +140,16 @@ test("scan_without_a_result_names_the_next_step", async () => {
   const page = await open();
   await page.event("status", CLOSED);
   page.element("port").value = "can0";
-  for (const [code, message, empty, told] of [
-    ["nothing-found", "no sensor was found: try `plumbline scan --active`", /Press Find sensors again.*Send requests as well/, /^no sensor was found: .*Send requests as well/],
-    ["stopped", "stopped by the user: start the command again to finish it", /^Stopped/, /^stopped/],
-    ["adapter-lost", "the adapter is gone: plug it in again", /^No sensor yet. Choose a port/, /plug it in again/],
+  for (const [code, empty] of [
+    ["nothing-found", /Press Find sensors again.*Send requests as well/],
+    ["stopped", /^Stopped/],
+    ["adapter-lost", /^No sensor yet. Choose a port/],
   ]) {
-    page.reply("api/scan", new Refusal(code, message, 502));
+    page.reply("api/scan", new Refusal(code, code, 502));
     await page.click("find");
     await page.yes();
     assert.match(page.text("found-empty"), empty, code);
-    assert.match(page.text("message"), told, code);
+    assert.equal(page.text("message"), code);
   }
 });
 
@@ -164,7 +163,7 @@ test("progress_of_a_scan_is_shown_until_its_end", async () => {
   assert.deepEqual([bar.value, bar.max, bar.hidden, page.text("progress")], ["2", 10, false, "2/10 listened at 125 kbit/s"]);
   await page.click("stop");
   assert.equal(page.requests.pop().path, "api/stop");
-  await page.event("action", { n: 1, at: 0, line: "plumbline scan", state: "failed", error: { message: "stopped" } });
+  await page.event("action", { n: 1, at: 0, line: "plumbline scan", state: "failed", error: {}, texts: texts("stopped") });
   assert.deepEqual([bar.hidden, page.text("progress")], [true, ""]);
 });
 
@@ -257,11 +256,10 @@ test("page_without_its_server_says_so_and_offers_no_action", async () => {
 test("sixth_tab_says_what_to_close_and_connects_then", async () => {
   const prepare = (own) => { own.refused = new Refusal("too-many-tabs", "5 tabs are already open", 503).response(); };
   const page = await open({ prepare });
-  assert.match(page.text("message"), /Close one of them/);
+  assert.equal(page.text("message"), "5 tabs are already open");
   assert.match(page.text("state"), /five tabs are open/);
   assert.ok(page.element("disconnect").disabled);
   await page.change("language", "de");
-  assert.match(page.text("message"), /Schließen Sie einen davon/);
   page.refused = null;
   await page.pass(1000);
   await page.event("status", CLOSED);
@@ -300,9 +298,9 @@ test("event_in_two_pieces_of_the_stream_is_one_event", async () => {
 test("end_of_a_connection_tells_its_reason_once", async () => {
   const page = await open();
   await page.connected("is2");
-  const error = "the adapter is gone: plug it in again";
+  const error = texts("the adapter is gone");
   await page.event("status", { ...CLOSED, error });
-  assert.equal(page.text("message"), error);
+  assert.equal(page.text("message"), "the adapter is gone");
   page.element("port").value = "can0";
   await page.click("find");
   assert.equal(page.text("message"), "");

@@ -214,6 +214,9 @@ class Page {
   import(module) { return this.modules[module]; }
 }
 
+/** A text that the program sends. */
+export const texts = (en, de = en) => ({ en, de });
+
 /** A request that the server refuses. */
 export class Refusal {
   constructor(code, message, status = 400, questions = undefined) {
@@ -227,7 +230,7 @@ export class Refusal {
 
   response() {
     const error = { code: this.code, message: this.message, questions: this.questions };
-    return { ok: false, status: this.status, json: async () => ({ error }) };
+    return { ok: false, status: this.status, json: async () => ({ error, texts: texts(this.message) }) };
   }
 }
 

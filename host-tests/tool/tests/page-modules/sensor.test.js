@@ -2,7 +2,7 @@
 
 import assert from "node:assert/strict";
 import test from "node:test";
-import { answers, CLOSED, open, STATUS } from "./page.js";
+import { answers, CLOSED, open, STATUS, texts } from "./page.js";
 
 const angles = (page) => [0, 1].map((number) => page.text(`angle-${number}`));
 
@@ -246,7 +246,7 @@ test("calibration_leads_through_the_positions_and_only_the_button_takes_one", as
   assert.deepEqual(off(buttons), [true, true, true, false]);
   await page.click("calibrate-stop");
   assert.equal(page.requests.pop().body, "stop");
-  await page.event("calibration", { state: "failed", error: "stopped: the positions are in the file" });
+  await page.event("calibration", { state: "failed", error: texts("stopped: the positions are in the file") });
   assert.ok(page.element("calibrate-step").classList.contains("bad"));
   assert.match(page.text("calibrate-step"), /^stopped/);
   assert.deepEqual(off(buttons), [false, true, true, true]);

@@ -4,7 +4,7 @@ use super::{Answer, App, parse};
 use crate::backup::Backup;
 use crate::error::{Error, FileError, PageError};
 use crate::master::factory_target;
-use crate::serve::events::Kind;
+use crate::serve::events::{Kind, tell};
 use crate::serve::line::{self, Words};
 use crate::serve::sheets::{self, Sheets};
 use crate::serve::worker::now;
@@ -78,7 +78,7 @@ pub(super) fn log(app: &App, words: &[String], failure: Option<&Error>) {
         "state": if failure.is_none() { "done" } else { "failed" },
     });
     if let Some(failure) = failure {
-        action["error"] = failure.json()["error"].clone();
+        tell(&mut action, failure);
     }
     app.hub.publish(Kind::Action, &action);
 }

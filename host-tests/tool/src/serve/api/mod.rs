@@ -1,4 +1,4 @@
-//! The requests of the page. All bodies and answers are JSON; an error has the document of `--json`. `run`, `backup` and `restore` have
+//! The requests of the page. All bodies and answers are JSON; an error has the document of `--json`, and `texts` for the page. `run`, `backup` and `restore` have
 //! the number of their sensor in a header, and are refused if it is not the one that is connected. A tab gives its name in a header, and is
 //! refused to act while another tab is in charge.
 //!
@@ -31,7 +31,7 @@ pub mod file;
 mod identity;
 
 use super::calibration::Calibration;
-use super::events::Hub;
+use super::events::{Hub, tell};
 use super::job::{Job, Start, Task};
 use super::sheets::Sheets;
 use super::{assets, guard};
@@ -45,7 +45,7 @@ use axum::middleware::{self, Next};
 use axum::response::{IntoResponse, Response};
 use axum::routing::{get, post};
 use serde::de::DeserializeOwned;
-use serde_json::Value;
+use serde_json::{Value, json};
 use std::convert::Infallible;
 use std::net::SocketAddr;
 use std::path::PathBuf;
@@ -111,7 +111,9 @@ impl From<Error> for Refusal {
 
 impl IntoResponse for Refusal {
     fn into_response(self) -> Response {
-        (self.status, axum::Json(self.failure.json())).into_response()
+        let mut answer = json!({});
+        tell(&mut answer, &self.failure);
+        (self.status, axum::Json(answer)).into_response()
     }
 }
 

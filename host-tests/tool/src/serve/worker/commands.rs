@@ -11,7 +11,7 @@ use crate::output::{Bar, Progress, Terminal};
 use crate::question::{Name, Question};
 use crate::scan;
 use crate::serve::api::file::document;
-use crate::serve::events::{Hub, Kind};
+use crate::serve::events::{Hub, Kind, tell};
 use crate::serve::job::Scan;
 use crate::serve::line::{self, Words};
 use crate::sheet::Address;
@@ -414,7 +414,7 @@ impl Worker {
         });
         match result {
             Ok(document) => event["result"] = document.clone(),
-            Err(failure) => event["error"] = failure.json()["error"].clone(),
+            Err(failure) => tell(&mut event, failure),
         }
         self.hub.publish(Kind::Action, &event);
     }

@@ -106,7 +106,7 @@ fn unplugged_adapter_ends_the_connection_and_works_again_later() {
     assert_eq!(tab.wait("device", |_| true), json!(null));
     let status = tab.wait("status", |status| status["state"] == "closed");
     assert_eq!(
-        status["error"],
+        status["error"]["en"],
         "the adapter it has failed (unplugged): plug it in again and repeat"
     );
     assert_eq!(

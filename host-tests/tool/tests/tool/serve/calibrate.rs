@@ -179,7 +179,7 @@ fn stopped_calibration_goes_on_with_the_positions_that_are_missing() {
     board.ask(json!("stop"));
     let failed = board.end("failed");
     assert!(
-        failed["error"]
+        failed["error"]["en"]
             .as_str()
             .is_some_and(|why| why.contains("in the file")),
         "{failed}"
@@ -199,7 +199,7 @@ fn stopped_calibration_goes_on_with_the_positions_that_are_missing() {
     std::fs::remove_file(board.path("log")).expect("the log");
     let ended = board.end("failed");
     assert!(
-        ended["error"]
+        ended["error"]["en"]
             .as_str()
             .is_some_and(|why| why.contains("connect the probe")),
         "{ended}"

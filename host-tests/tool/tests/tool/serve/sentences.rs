@@ -1,6 +1,8 @@
 //! The texts of the page: each question has one in both languages, and the German steps belong to the texts of the program.
 
+use crate::serve::client::Running;
 use plumbline_tool::question::Question;
+use serde_json::json;
 
 const TEXTS: &str = include_str!("../../../assets/sentences-de.js");
 
@@ -61,4 +63,36 @@ fn each_question_has_a_text_in_both_languages() {
             assert!(texts.contains(&format!("\"question-{id}\": \"")), "{id}");
         }
     }
+}
+
+#[test]
+fn error_and_its_action_have_both_texts_of_the_page_instead_of_a_command() {
+    let server = Running::new();
+    let mut tab = server.tab();
+    let wanted = json!({
+        "port": "demo:jn2101", "mode": "active", "protocol": "canopen", "address": "77", "rate": 125,
+    });
+    let refused = server.post("/api/connect", &wanted.to_string());
+    let texts = refused.json()["texts"].clone();
+    for (language, [start, next]) in [
+        (
+            "en",
+            [
+                "nobody answers at node-ID 77 at 125 kbit/s: check power",
+                "press Find sensors.",
+            ],
+        ),
+        (
+            "de",
+            [
+                "niemand antwortet auf node-ID 77 bei 125 kbit/s: Prüfen",
+                "drücken Sie Sensoren suchen.",
+            ],
+        ),
+    ] {
+        let text = texts[language].as_str().unwrap_or_default();
+        assert!(text.starts_with(start) && text.ends_with(next), "{texts}");
+    }
+    let action = tab.wait("action", |action| action["state"] == "failed");
+    assert_eq!(action["texts"], texts);
 }

@@ -262,7 +262,7 @@ fn status_has_the_frames_and_errors_of_the_bus_and_a_silence() {
     witness.is_out.store(true, Ordering::Relaxed);
     let status = tab.wait("status", |status| status["state"] == "closed");
     assert_eq!(
-        status["error"],
+        status["error"]["en"],
         "the adapter it has failed (unplugged): plug it in again and repeat"
     );
 }
