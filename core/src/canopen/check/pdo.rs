@@ -14,6 +14,8 @@ const SETTINGS: [(u8, DataType); 4] = [
     (5, DataType::U16),
 ];
 
+const OTHER_NUMBER: &str = "the number of TPDOs is not that of the dictionary";
+
 #[track_caller]
 pub(super) const fn check_tpdos<T: Tpdos>(
     objects: &[Object],
@@ -21,28 +23,31 @@ pub(super) const fn check_tpdos<T: Tpdos>(
     quantities: &[Quantity],
 ) {
     let mut number = 0;
-    while number < 512 {
-        let communication = object_at(objects, 0x1800 + number, 1).is_some();
-        let mapping = object_at(objects, 0x1A00 + number, 0).is_some();
-        let has = (number as usize) < T::COUNT;
-        mistake_at(objects, 0x1800 + number, 1).unless(
-            communication == has,
-            "the number of TPDOs is not that of the dictionary",
-        );
-        mistake_at(objects, 0x1A00 + number, 0).unless(
-            mapping == has,
-            "the number of TPDOs is not that of the dictionary",
-        );
-        if has {
-            check_settings(objects, 0x1800 + number, parameters, quantities);
-        }
-        if has && T::DYNAMIC {
+    while (number as usize) < T::COUNT {
+        check_present(objects, 0x1800 + number, 1);
+        check_present(objects, 0x1A00 + number, 0);
+        check_settings(objects, 0x1800 + number, parameters, quantities);
+        if T::DYNAMIC {
             check_dynamic(objects, number, T::ENTRIES, parameters, quantities);
-        } else if has {
+        } else {
             check_mapping::<T>(objects, number, parameters, quantities);
         }
         number += 1;
     }
+    each!(object in objects => {
+        let number = match (object.index, object.sub) {
+            (index @ 0x1800..0x1A00, 1) => index - 0x1800,
+            (index @ 0x1A00..0x1C00, 0) => index - 0x1A00,
+            _ => continue,
+        };
+        object.mistake().unless((number as usize) < T::COUNT, OTHER_NUMBER);
+    });
+}
+
+/// Checks that an object of a TPDO is there.
+#[track_caller]
+const fn check_present(objects: &[Object], index: u16, sub: u8) {
+    mistake_at(objects, index, sub).unless(object_at(objects, index, sub).is_some(), OTHER_NUMBER);
 }
 
 /// Checks that the communication parameter consists of parameters with the types of CiA 301.
