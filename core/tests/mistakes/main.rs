@@ -230,6 +230,11 @@ const J1939: &[Mistake] = &[
     ("Contents::Latency", "Contents::Own { resolution: (1, 0), offset: 0, unit: \"\" }", GROUPS, CHANGED, "group 65313 \"AGE\", signal \"Latency\": the resolution is no fraction"),
 ];
 
+/// The directory of the compiled products.
+fn directory() -> &'static Path {
+    Path::new(env!("CARGO_TARGET_TMPDIR"))
+}
+
 /// The directory with the compiled library and those on which it depends.
 fn libraries() -> PathBuf {
     let test = env::current_exe().unwrap();
@@ -258,7 +263,7 @@ fn compile(name: &str, product: &str) -> String {
 
 /// Compiles a program without code generation, with this option for lints. Returns errors and warnings.
 fn compile_with(name: &str, product: &str, lints: &str) -> String {
-    let directory = Path::new(env!("CARGO_TARGET_TMPDIR"));
+    let directory = directory();
     let file = directory.join(format!("mistake_{name}.rs"));
     fs::write(&file, product).unwrap();
     let libraries = libraries();
@@ -288,41 +293,54 @@ fn compile_with(name: &str, product: &str, lints: &str) -> String {
     errors
 }
 
-/// Compiles a product, then the same with each of its mistakes.
+/// Compiles a product, then the same with each of its mistakes. The mistakes are modules of one crate: the compiler starts once for all of
+/// them.
 fn check(name: &str, product: &str, mistakes: &[Mistake]) {
     assert_eq!(compile(name, product), "", "without mistakes");
-    for (number, (text, other, table, row, message)) in mistakes.iter().enumerate() {
+    let mut modules = String::new();
+    for (number, (text, other, ..)) in mistakes.iter().enumerate() {
         assert!(product.contains(text), "{text}");
+        let file = format!("mistake_{name}_{number}.rs");
+        fs::write(directory().join(&file), product.replace(text, other)).unwrap();
+        modules += &format!("#[path = {file:?}]\npub mod mistake_{number};\n");
+    }
+    let errors = compile(&format!("{name}_modules"), &modules);
+    for (number, (text, other, table, row, message)) in mistakes.iter().enumerate() {
         let mistaken = product.replace(text, other);
-        let file = format!("{name}_{number}");
-        let errors = compile(&file, &mistaken);
-        let (_, told) = errors
-            .split_once("error[E0080]: evaluation panicked: ")
-            .unwrap();
+        let file = format!("mistake_{name}_{number}.rs:");
+        let errors: Vec<&str> = errors
+            .split("\n\n")
+            .filter(|error| error.starts_with("error[") && error.contains(&file))
+            .collect();
+        let told = errors
+            .iter()
+            .find_map(|error| error.strip_prefix("error[E0080]: evaluation panicked: "))
+            .unwrap_or_else(|| panic!("{other}: {errors:?}"));
         let rest = match (row, line_told(&file, told)) {
             (None, None) => told,
             (Some(row), Some((line, rest))) => {
                 let line = mistaken.lines().nth(line - 1).unwrap().trim();
                 let is_changed = !product.lines().any(|other| other.trim() == line);
                 let is_told = line.starts_with(row) && is_changed == row.is_empty();
-                assert!(is_told, "{other}: {line}\n{errors}");
+                assert!(is_told, "{other}: {line}\n{errors:?}");
                 rest
             }
-            (_, line) => panic!("{other}: {line:?}\n{errors}"),
+            (_, line) => panic!("{other}: {line:?}\n{errors:?}"),
         };
-        assert!(rest.starts_with(message), "{other}\n{message}\n{errors}");
+        assert!(rest.starts_with(message), "{other}\n{message}\n{errors:?}");
         // The other tables also miss a missing parameter.
-        let is_only = errors.matches("error[").count() == 1 || *table == PARAMETERS;
-        assert!(is_only, "{other}: errors besides this one\n{errors}");
+        let is_only = errors.len() == 1 || *table == PARAMETERS;
+        assert!(is_only, "{other}: errors besides this one\n{errors:?}");
         let line = mistaken.lines().position(|line| line.trim() == *table);
-        let place = format!("mistake_{file}.rs:{}:", 1 + line.unwrap());
-        assert!(errors.contains(&place), "{other}: {place}\n{errors}");
+        let place = format!("{file}{}:", 1 + line.unwrap());
+        let is_at_table = errors.iter().any(|error| error.contains(&place));
+        assert!(is_at_table, "{other}: {place}\n{errors:?}");
     }
 }
 
 /// The line of the product with which a message begins, and the text after it.
 fn line_told<'a>(file: &str, message: &'a str) -> Option<(usize, &'a str)> {
-    let (_, line) = message.split_once(&format!("mistake_{file}.rs:"))?;
+    let (_, line) = message.split_once(file)?;
     let (line, rest) = line.split_once(": ")?;
     Some((line.parse().ok()?, rest))
 }
