@@ -1,9 +1,10 @@
 //! A classic CAN frame, its identifier, the ten bit rates and the acceptance filters.
 //!
-//! Identifiers are those of `embedded_can`, and [`Frame`] implements [`embedded_can::Frame`], so that frames of other drivers can
-//! be converted.
+//! Identifiers are those of the crate `embedded-can` 0.4, and [`Frame`] implements [`embedded_can::Frame`], so that frames of other
+//! drivers can be converted.
 
-use embedded_can::{ExtendedId, Id, StandardId};
+pub use embedded_can::Id;
+use embedded_can::{ExtendedId, StandardId};
 
 /// A CAN 2.0 A or B frame: identifier, remote flag and 0 to 8 data bytes.
 ///

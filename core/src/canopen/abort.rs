@@ -2,58 +2,58 @@
 
 use crate::param::Refused;
 
-/// The reason for the abort of an SDO transfer. The discriminant is the abort code.
+/// The reason for the abort of an SDO transfer. The discriminant is the abort code, with which the descriptions begin.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[repr(u32)]
 pub enum Abort {
-    /// The toggle bit did not alternate.
+    /// 0503 0000h: the toggle bit did not alternate.
     Toggle = 0x0503_0000,
-    /// SDO protocol timed out: the next segment did not come in time.
+    /// 0504 0000h: SDO protocol timed out: the next segment did not come in time.
     TimeOut = 0x0504_0000,
-    /// The command specifier is unknown, or not valid without a transfer.
+    /// 0504 0001h: the command specifier is unknown, or not valid without a transfer.
     Command = 0x0504_0001,
-    /// The block size is not 1 to 127.
+    /// 0504 0002h: the block size is not 1 to 127.
     BlockSize = 0x0504_0002,
-    /// Block transfer: the sequence number is not valid.
+    /// 0504 0003h: block transfer: the sequence number is not valid.
     SequenceNumber = 0x0504_0003,
-    /// Block transfer: the CRC is wrong.
+    /// 0504 0004h: block transfer: the CRC is wrong.
     Crc = 0x0504_0004,
-    /// The access is not supported now: the TPDO is valid, or its number of mapped objects is not 0.
+    /// 0601 0000h: the access is not supported now: the TPDO is valid, or its number of mapped objects is not 0.
     Access = 0x0601_0000,
-    /// Read of a write-only object.
+    /// 0601 0001h: read of a write-only object.
     WriteOnly = 0x0601_0001,
-    /// Write to a read-only object.
+    /// 0601 0002h: write to a read-only object.
     ReadOnly = 0x0601_0002,
-    /// The object does not exist in the object dictionary.
+    /// 0602 0000h: the object does not exist in the object dictionary.
     NoObject = 0x0602_0000,
-    /// The object cannot be mapped, or not with this length.
+    /// 0604 0041h: the object cannot be mapped, or not with this length.
     NotMappable = 0x0604_0041,
-    /// The mapped objects are too many or too long for the PDO.
+    /// 0604 0042h: the mapped objects are too many or too long for the PDO.
     TooManyMapped = 0x0604_0042,
-    /// The value is incompatible with another object: two entries monitor the same node.
+    /// 0604 0043h: the value is incompatible with another object: two entries monitor the same node.
     Incompatible = 0x0604_0043,
-    /// Access failed because the nonvolatile memory failed.
+    /// 0606 0000h: access failed because the nonvolatile memory failed.
     Hardware = 0x0606_0000,
-    /// The length of the data does not match the announced size.
+    /// 0607 0010h: the length of the data does not match the announced size.
     Length = 0x0607_0010,
-    /// The data is longer than the object.
+    /// 0607 0012h: the data is longer than the object.
     TooLong = 0x0607_0012,
-    /// The data is shorter than the object.
+    /// 0607 0013h: the data is shorter than the object.
     TooShort = 0x0607_0013,
-    /// The sub-index does not exist.
+    /// 0609 0011h: the sub-index does not exist.
     NoSubIndex = 0x0609_0011,
-    /// The value is not permitted.
+    /// 0609 0030h: the value is not permitted.
     Value = 0x0609_0030,
-    /// The value is above the permitted range.
+    /// 0609 0031h: the value is above the permitted range.
     TooHigh = 0x0609_0031,
-    /// The value is below the permitted range.
+    /// 0609 0032h: the value is below the permitted range.
     TooLow = 0x0609_0032,
-    /// The signature is wrong. Nothing is stored or restored.
+    /// 0800 0020h: the signature is wrong. Nothing is stored or restored.
     Signature = 0x0800_0020,
-    /// Not possible in the present state of the device.
+    /// 0800 0022h: not possible in the present state of the device.
     DeviceState = 0x0800_0022,
-    /// There is nothing to read, as for an error in the history that did not occur.
+    /// 0800 0024h: there is nothing to read, as for an error in the history that did not occur.
     NoData = 0x0800_0024,
 }
 

@@ -12,7 +12,8 @@
 use super::Abort;
 use super::product::{ContextOf, ParametersOf, Product};
 
-/// The functions of an own object of product `P`.
+/// The functions of an own object of product `P`. A closure that uses its arguments needs the product:
+/// `Own::<Mast>::number(0x2300, 0, |_, cx| cx.values.faults().0.into())`.
 pub struct Own<P: Product> {
     pub(super) index: u16,
     pub(super) sub: u8,

@@ -35,7 +35,8 @@ pub use standard::{STANDARD, Standard, merge, restore, standard, standard_parame
 
 // Parameters.
 
-/// Node-ID, an object of the maker.
+/// Node-ID, an object of the maker. A written number acts at the next reset of the communication or of the node, also if it is not saved;
+/// at power-up the saved one does.
 #[track_caller]
 pub const fn node_id(id: ParameterId, factory: u8) -> Parameter {
     Parameter {

@@ -23,20 +23,24 @@ pub const COUNT: usize = 4;
 /// The names of the groups, in the order of [`GROUPS`].
 pub const NAMES: [&str; COUNT] = ["SSI2", "SSI", "ARI", "ACCS"];
 
+/// Slope sensor information 2. [`ssi2`] returns its data.
+pub const SSI2: Group = Group::new(NAMES[0], 61_481, &SSI2_SIGNALS);
+/// Slope sensor information. [`ssi`] returns its data.
+pub const SSI: Group = Group::new(NAMES[1], 61_459, &SSI_SIGNALS);
+/// Angular rate information. [`ari`] returns its data.
+pub const ARI: Group = Group::new(NAMES[2], 61_482, &ARI_SIGNALS);
+/// Acceleration sensor. [`accs`] returns its data.
+pub const ACCS: Group = Group::new(NAMES[3], 61_485, &ACCS_SIGNALS);
+
 /// The groups, in the order of [`NAMES`].
-pub const GROUPS: [Group; COUNT] = [
-    Group::new(NAMES[0], 61_481, &SSI2),
-    Group::new(NAMES[1], 61_459, &SSI),
-    Group::new(NAMES[2], 61_482, &ARI),
-    Group::new(NAMES[3], 61_485, &ACCS),
-];
+pub const GROUPS: [Group; COUNT] = [SSI2, SSI, ARI, ACCS];
 
 /// The suspect parameter number of the pitch angle in SSI2.
 pub const PITCH_SPN: u32 = 4976;
 /// The suspect parameter number of the roll angle in SSI2.
 pub const ROLL_SPN: u32 = 4977;
 
-const SSI2: [Signal; 7] = [
+const SSI2_SIGNALS: [Signal; 7] = [
     fine_angle("PitchAngleExRange", PITCH_SPN, 0, Source::Pitch),
     fine_angle("RollAngleExRange", ROLL_SPN, 24, Source::Roll),
     compensation("PitchAngleExRangeCompensation", 4978, 48),
@@ -46,7 +50,7 @@ const SSI2: [Signal; 7] = [
     latency("RollAndPitchExRangeLatency", 4982),
 ];
 
-const SSI: [Signal; 8] = [
+const SSI_SIGNALS: [Signal; 8] = [
     angle("PitchAngle", 3318, 0, Source::Pitch),
     angle("RollAngle", 3319, 16, Source::Roll),
     value(
@@ -63,7 +67,7 @@ const SSI: [Signal; 8] = [
     latency("RollAndPitchMeasurementLatency", 3327),
 ];
 
-const ARI: [Signal; 8] = [
+const ARI_SIGNALS: [Signal; 8] = [
     rate("PitchRateExRange", 0, Source::PitchRate),
     rate("RollRateExRange", 16, Source::RollRate),
     rate("YawRateExRange", 32, Source::YawRate),
@@ -74,7 +78,7 @@ const ARI: [Signal; 8] = [
     unknown_latency("AngularRateMeasurementLatency", 56),
 ];
 
-const ACCS: [Signal; 8] = [
+const ACCS_SIGNALS: [Signal; 8] = [
     force("LateralAcceleration", 0, Source::ForceY),
     force("LongitudinalAcceleration", 16, Source::ForceX),
     force("VerticalAcceleration", 32, Source::ForceZ),
@@ -143,10 +147,10 @@ const fn unknown_latency(name: &'static str, start: u8) -> Signal {
     Signal::new(name, 0, start, 8, Contents::UnknownLatency)
 }
 
-static SSI2_FIELDS: [Field; SSI2.len()] = fields(&SSI2);
-static SSI_FIELDS: [Field; SSI.len()] = fields(&SSI);
-static ARI_FIELDS: [Field; ARI.len()] = fields(&ARI);
-static ACCS_FIELDS: [Field; ACCS.len()] = fields(&ACCS);
+static SSI2_FIELDS: [Field; SSI2_SIGNALS.len()] = fields(&SSI2_SIGNALS);
+static SSI_FIELDS: [Field; SSI_SIGNALS.len()] = fields(&SSI_SIGNALS);
+static ARI_FIELDS: [Field; ARI_SIGNALS.len()] = fields(&ARI_SIGNALS);
+static ACCS_FIELDS: [Field; ACCS_SIGNALS.len()] = fields(&ACCS_SIGNALS);
 
 /// The place of a group in [`GROUPS`].
 pub fn place(pgn: Pgn) -> Option<usize> {

@@ -59,6 +59,9 @@ impl<const N: usize> Buffer for [u8; N] {
 
 /// The records of one device in a memory with two slots. The size of buffer `B` is the [`buffer_size`](super::buffer_size) of its
 /// parameters; [`StoreOf`](crate::node::StoreOf) is the store for a node.
+///
+/// The memory implements [`NorFlash`] of the crate `embedded-storage` 0.3. Its `READ_SIZE` is 1, its `WRITE_SIZE` 1, 2 or 4. As the trait
+/// says, it returns an error if a read goes beyond its end.
 #[derive(Debug)]
 pub struct Store<M, B> {
     memory: M,
@@ -93,9 +96,18 @@ impl<M: NorFlash, B: Buffer> Store<M, B> {
     /// A store that must be [scanned](Self::scan) before its use. So a large store can be opened in place.
     pub fn new(memory: M, owner: Owner) -> Self {
         const {
-            assert!(M::WRITE_SIZE <= WORD && WORD.is_multiple_of(M::WRITE_SIZE));
-            assert!(M::READ_SIZE == 1);
-            assert!(B::SIZE >= super::buffer_size(0));
+            assert!(
+                M::WRITE_SIZE <= WORD && WORD.is_multiple_of(M::WRITE_SIZE),
+                "the store programs words of 4 bytes: `WRITE_SIZE` is 1, 2 or 4"
+            );
+            assert!(
+                M::READ_SIZE == 1,
+                "the store reads single bytes: `READ_SIZE` is 1"
+            );
+            assert!(
+                B::SIZE >= super::buffer_size(0),
+                "the buffer has no room for a record: see `buffer_size` and `StoreOf`"
+            );
         }
         Self {
             size: memory.capacity() / 2 / M::ERASE_SIZE * M::ERASE_SIZE,
