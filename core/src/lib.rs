@@ -63,4 +63,5 @@ pub mod store;
 mod sweep;
 pub mod text;
 pub mod time;
+pub mod update;
 mod walk;

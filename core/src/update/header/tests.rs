@@ -1,0 +1,125 @@
+//! Tests of the header and of its checks.
+
+use super::*;
+
+const DEVICE: Device = Device {
+    product: Some(ImageId::new(3)),
+    board: 1,
+    layout: 1,
+};
+
+/// A first page of an image for the device, with its header.
+fn page() -> ([u8; PAGE], Header) {
+    let mut page: [u8; PAGE] = core::array::from_fn(|place| place as u8);
+    let mut header = Header {
+        product: 3,
+        board: 1,
+        layout: 1,
+        key: 0,
+        version: 0x0001_0203,
+        length: 4096,
+        body: 0x1234_5678,
+        hash: [0; 32],
+        first_page: 0,
+    };
+    put(&mut page, &header);
+    header.first_page = crc(&first_page_parts(&page));
+    put(&mut page, &header);
+    (page, header)
+}
+
+fn put(page: &mut [u8; PAGE], header: &Header) {
+    page[PLACE..PLACE + SIZE].copy_from_slice(&header.bytes());
+}
+
+#[test]
+fn crc_is_that_of_the_unit_of_an_stm32() {
+    // The check value of CRC-32/MPEG-2 is that of the bytes "123456789"; the unit takes words, so "12345678" without the last byte.
+    let reference = Crc::<u32>::new(&CRC_32_MPEG_2).checksum(b"12345678");
+    assert_eq!(crc(&[b"4321", b"8765"]), reference);
+    // RM0008, chapter 4: the unit starts at FFFF FFFFh.
+    assert_eq!(crc(&[]), 0xFFFF_FFFF);
+}
+
+#[test]
+fn header_is_read_as_it_was_written() {
+    let (_, header) = page();
+    assert_eq!(Header::parse(&header.bytes()), Some(header));
+}
+
+#[test]
+fn header_has_the_layout_of_its_document() {
+    let (_, header) = page();
+    let bytes = header.bytes();
+    assert_eq!(bytes[..6], *b"PLUM\x01\x01");
+    assert_eq!(bytes[6..12], [3, 0, 1, 0, 0, 0]);
+    assert_eq!(
+        bytes[12..24],
+        [3, 2, 1, 0, 0, 16, 0, 0, 0x78, 0x56, 0x34, 0x12]
+    );
+    assert_eq!(bytes[60..], [0xFF; 4]);
+}
+
+#[test]
+fn image_for_the_device_is_accepted() {
+    let (page, header) = page();
+    assert_eq!(header.check(&page, &DEVICE, 4096, None), Ok(()));
+    assert_eq!(
+        header.check(&page, &DEVICE, 4096, Some(0x0001_0203)),
+        Ok(())
+    );
+    let any = Device {
+        product: None,
+        ..DEVICE
+    };
+    assert_eq!(header.check(&page, &any, 4096, None), Ok(()));
+}
+
+#[test]
+fn each_wrong_bit_of_the_first_page_is_refused() {
+    let (page, _) = page();
+    // The last four bytes of the header are the commit and unused.
+    for place in (0..PAGE).filter(|place| !(PLACE + 60..PLACE + SIZE).contains(place)) {
+        for bit in 0..8 {
+            let mut wrong = page;
+            wrong[place] ^= 1 << bit;
+            let bytes = wrong[PLACE..].first_chunk().unwrap();
+            let header = Header::parse(bytes);
+            let result = header.map(|header| header.check(&wrong, &DEVICE, 1 << 30, None));
+            assert_ne!(result, Some(Ok(())), "byte {place}, bit {bit}");
+        }
+    }
+}
+
+#[test]
+fn image_for_another_device_is_refused_with_its_reason() {
+    let (page, header) = page();
+    let check = |device, size, present| header.check(&page, &device, size, present);
+    let product = Some(ImageId::new(4));
+    let cases = [
+        (
+            check(Device { product, ..DEVICE }, 4096, None),
+            Unfit::Product,
+        ),
+        (
+            check(Device { board: 2, ..DEVICE }, 4096, None),
+            Unfit::Board,
+        ),
+        (
+            check(
+                Device {
+                    layout: 2,
+                    ..DEVICE
+                },
+                4096,
+                None,
+            ),
+            Unfit::Board,
+        ),
+        (check(DEVICE, 4095, None), Unfit::Length),
+        (check(DEVICE, 4096, Some(0x0001_0204)), Unfit::Older),
+    ];
+    for (result, reason) in cases {
+        assert_eq!(result, Err(reason));
+    }
+}
