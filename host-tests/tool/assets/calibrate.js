@@ -14,7 +14,7 @@ const SERVE = "plumbline --product is2 serve --calibrate positions.csv --store i
 /**
  * @typedef {{state: string, up: string | null, acceleration: number[], spread: number, temperature: number}} Measured
  * @typedef {{state: string, line?: string, demo?: boolean, place?: number, side?: string, taken?: string[], serial?: number,
- *   question?: number | null, measured?: Measured | null, result?: {offset_mg: number[]}, next?: string, error?: import("./texts.js").Texts}} Calibration
+ *   question?: number | null, measured?: Measured | null, result?: {offset_mg: number[]}, next?: import("./texts.js").Texts, error?: import("./texts.js").Texts}} Calibration
  */
 
 /** @type {Calibration} */
@@ -95,7 +95,7 @@ function show() {
   set("calibrate-step", step());
   set("calibrate-numbers", numbers());
   set("calibrate-line", state === "off" ? SERVE : calibration.line ?? "");
-  set("calibrate-next", state === "done" ? calibration.next ?? "" : "");
+  set("calibrate-next", state === "done" && calibration.next ? inLanguage(calibration.next) : "");
   element("calibrate-step").classList.toggle("bad", state === "failed");
   element("calibrate-positions").replaceChildren(...SIDES.map(position));
   element("calibrate-start").disabled = !mayAct() || state === "off" || isRunning;

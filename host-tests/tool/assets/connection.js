@@ -5,7 +5,7 @@ import { Failure, get, post } from "./api.js";
 import { ask } from "./dialog.js";
 import { textOf } from "./reading.js";
 import { attempt, element, emit, fail, goneText, isReady, make, mayAct, on, press, sensor, state } from "./state.js";
-import { currentLanguage, onLanguage, questionText, said, t } from "./texts.js";
+import { currentLanguage, inLanguage, onLanguage, questionText, t } from "./texts.js";
 import { missed } from "./trace.js";
 
 const input = (/** @type {string} */ id) => /** @type {HTMLInputElement & HTMLSelectElement} */ (element(id));
@@ -310,11 +310,11 @@ export async function start() {
   on("status", () => { showFound(); showStatus(); });
   on("device", showFound);
   on("found", (rows) => { found = rows; showFound(); });
-  on("note", ({ text }) => { element("progress").textContent = said(text); });
-  on("progress", ({ done, total, text }) => {
+  on("note", ({ texts }) => { element("progress").textContent = inLanguage(texts); });
+  on("progress", ({ done, total, texts }) => {
     const bar = input("progress-bar");
     [bar.max, bar.value, bar.hidden] = [total, done, false];
-    element("progress").textContent = `${done}/${total} ${said(text)}`;
+    element("progress").textContent = `${done}/${total} ${inLanguage(texts)}`;
   });
   on("action", ({ state: end }) => {
     if (end === "running") return;

@@ -1,9 +1,9 @@
 // Each action with its command line.
 
 import { element, fail, make, on } from "./state.js";
-import { currentLanguage, inLanguage, onLanguage, questionText, said, t } from "./texts.js";
+import { currentLanguage, inLanguage, onLanguage, questionText, t } from "./texts.js";
 
-/** @typedef {{n: number, at: number, line: string, state: string, notes?: string[], result?: any, texts?: import("./texts.js").Texts, error?: {questions?: import("./texts.js").Question[]}}} Action */
+/** @typedef {{n: number, at: number, line: string, state: string, notes?: import("./texts.js").Texts[], texts?: import("./texts.js").Texts, error?: {questions?: import("./texts.js").Question[]}}} Action */
 /** The most actions. */
 const MOST = 100;
 /** The actions with their rows. @type {Map<number, {action: Action, row: HTMLElement}>} */
@@ -35,14 +35,9 @@ function item(action) {
   const text = action.texts ? inLanguage(action.texts) : "";
   const ends = action.error?.questions?.map(questionText) ?? text.split("\n").filter((line) => line !== "");
   const kind = action.state === "failed" ? "failed" : "note";
-  for (const line of [...(action.notes ?? []).slice(-6), ...done(action.result)]) entry.append(make("div", said(line), "note"));
+  for (const note of (action.notes ?? []).slice(-6)) entry.append(make("div", inLanguage(note), "note"));
   for (const line of ends) entry.append(make("div", line, kind));
   return entry;
-}
-
-/** @param {any} result @returns {string[]} */
-function done(result) {
-  return typeof result?.done === "string" ? [result.done] : [];
 }
 
 /** Shows an action. The other rows stay in the document, so that a control in them keeps the focus. @param {Action} action */

@@ -1,8 +1,7 @@
-// All texts of the page, in two languages. Names of parameters are those of the command line, and messages of the
-// program without a German sentence.
+// All texts of the page, in two languages. The program sends its own texts in both. Names of parameters are those of the
+// command line.
 
 import { de } from "./texts-de.js";
-import { sentences } from "./sentences-de.js";
 import { en } from "./texts-en.js";
 
 /** @type {Record<string, Record<string, string>>} */
@@ -38,16 +37,6 @@ export function questionText(question) {
 /** A text of the program in the language of the page. @param {Texts} both @returns {string} */
 export function inLanguage(both) {
   return language === "de" ? both.de : both.en;
-}
-
-/** A text of the program in the language of the page, if the page knows it. @param {string} text @returns {string} */
-export function said(text) {
-  if (language !== "de") return text;
-  for (const [pattern, german] of sentences) {
-    const parts = pattern.exec(text);
-    if (parts) return german.replace(/\{(\d)\}/g, (_, place) => said(parts[Number(place) + 1] ?? ""));
-  }
-  return text;
 }
 
 /** @returns {string} */

@@ -32,7 +32,7 @@ impl Bar for TerminalBar {
             state.set_len(progress.total as u64);
             state.set_pos(progress.done as u64);
         });
-        bar.set_message(progress.text.to_owned());
+        bar.set_message(progress.step.to_string());
     }
 
     fn hide(&mut self) {

@@ -17,6 +17,7 @@ use crate::master::j1939::PROTOCOL as J1939;
 use crate::master::j1939::groups as j1939;
 use crate::master::{Ca, Target};
 use crate::master::{factory_target, factory_targets};
+use crate::note::Note;
 use crate::output::Terminal;
 use crate::question::Question;
 use crate::scan::listen::{self, Traffic};
@@ -66,7 +67,7 @@ pub fn find(
     {
         listen::open(&mut link, rates.first().copied().flatten(), terminal)?;
         let found = devicenet::owned(slave);
-        terminal.note(found.line(link.rate()));
+        terminal.note(&Note::Here(found.line(link.rate())));
         return Ok((link, found));
     }
     let sightings = passive::sightings(frames);
@@ -126,7 +127,7 @@ pub fn find(
         [Found { twins, .. }] if !twins.is_empty() => Err(found[0].twins().into()),
         [only] => {
             let only = only.clone();
-            terminal.note(only.line(link.rate()));
+            terminal.note(&Note::Here(only.line(link.rate())));
             Ok((link, only))
         }
         [] => Err(silent(&targets, &rates)),

@@ -12,6 +12,7 @@ pub mod pace;
 
 use crate::error::{Error, RequestError, Silence};
 use crate::link::Link;
+use crate::note::Note;
 use crate::output::Terminal;
 use crate::question::Question;
 use crate::sample::{Sample, Sampler};
@@ -54,8 +55,8 @@ pub trait Stream {
     }
 
     /// What the user must know if it could not be ended.
-    fn left(&self) -> &'static str {
-        NOT_PUT_BACK
+    fn left(&self) -> Note {
+        Note::NotPutBack
     }
 
     /// The polls that must have been answered; None: the tool does not poll.
@@ -212,7 +213,7 @@ impl Cyclic {
         let restarts = self.count.restarts();
         let time = self.count.take(message.at, message.counter);
         if restarts == 0 && self.count.restarts() > 0 {
-            session.note(RESTARTED);
+            session.note(Note::CounterRestarted);
         }
         Ok(Some(Sample {
             time,
@@ -240,12 +241,6 @@ impl Cyclic {
         Err(Silence::AnglesEnded.into())
     }
 }
-
-/// The counter of a sensor began again.
-const RESTARTED: &str = "the counter of the sensor started again: was the sensor off? The lost samples of this time are calculated from the time";
-
-/// The sensor could not be put back.
-pub(crate) const NOT_PUT_BACK: &str = "the settings of the sensor for --cyclic could not be put back. They are not stored: switch the sensor off and on, then it has its previous settings";
 
 /// The settings with their entries, and their present numbers.
 #[expect(clippy::type_complexity, reason = "two lists of the same kind")]

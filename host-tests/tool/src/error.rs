@@ -16,6 +16,7 @@ pub use page::{Forbidden, PageError};
 pub use request::{Meant, RequestError};
 pub use sensor::{Next, Place, Rates, Reason, Refusal, SensorError, Silence, What};
 
+use crate::note::Note;
 use crate::question::Question;
 use crate::texts::Text;
 use serde_json::{Value, json};
@@ -134,8 +135,7 @@ crate::texts::texts! {
             "{error}. Bitrate und Adresse können die des letzten Befehls sein: Geben Sie sie an, oder suchen Sie den Sensor mit `plumbline scan`";
         NotChanged(error: Error) = "{error}; nothing has changed: choose a rate that the adapter has",
             "{error}; nichts hat sich geändert: Wählen Sie eine Bitrate, die der Adapter hat";
-        Unread(count: u64, first: String) = "no answer was read: the adapter has sent {count} lines that are not slcan, the first is {first:?}: frames are missing. Check its firmware and the settings of its port",
-            "keine Antwort wurde gelesen: Der Adapter hat {count} Zeilen gesendet, die kein slcan sind, die erste ist {first:?}: Frames fehlen. Prüfen Sie seine Firmware und die Einstellungen seines Anschlusses";
+        Unread(told: Note) = "no answer was read: {told}", "keine Antwort wurde gelesen: {told}";
     }
 }
 

@@ -14,6 +14,7 @@ use crate::cli::Options;
 use crate::error::{Error, Kind, Why};
 use crate::labels::folder;
 use crate::master::{Addresses, Protocol, Target};
+use crate::note::Note;
 use crate::output::Terminal;
 use crate::scan::kbits;
 use plumbline::can::BitRate;
@@ -93,7 +94,7 @@ impl Last {
             }
         }
         if !told.is_empty() {
-            terminal.note(format!("as in the last command: {}", told.join(" ")));
+            terminal.note(&Note::LastCommand(told.join(" ")));
         }
         (full, told.len() > count)
     }

@@ -15,7 +15,8 @@
 //! - [`scan`]: finds sensors with unknown bit rate, protocol and address
 //! - [`serve`]: the page in the browser
 //! - [`ops`]: the operations on a sensor, for the command line and the page
-//! - [`command`]: the commands; [`cli`]: the command line; [`output`], [`bar`], [`question`]: the terminal; [`error`]: exit codes and messages
+//! - [`command`]: the commands; [`cli`]: the command line; [`output`], [`bar`], [`question`]: the terminal
+//! - [`error`]: exit codes and messages; [`note`]: what else the user must know; [`texts`]: both in English and in German
 //!
 //! Nothing about a parameter is known here. Names, types, units, ranges and factory values come from the catalogue of the core.
 
@@ -35,6 +36,7 @@ pub mod labels;
 pub mod last;
 pub mod link;
 pub mod master;
+pub mod note;
 pub mod number;
 pub mod ops;
 pub mod output;

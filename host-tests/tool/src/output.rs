@@ -2,21 +2,23 @@
 
 use crate::error::{Error, FileError};
 use crate::link::stopped;
+use crate::note::Step;
 use crate::ops::Report;
 use crate::question::{Name, Question};
+use crate::texts::Text;
 use serde_json::Value;
 use std::io::{ErrorKind, Write};
 use std::rc::Rc;
 
 /// The progress of a command.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Progress<'a> {
     /// The steps that are done.
     pub done: usize,
     /// The number of all steps.
     pub total: usize,
-    /// What is done, as text.
-    pub text: &'a str,
+    /// What is done.
+    pub step: &'a Step,
 }
 
 /// A bar that shows the progress of a command.
@@ -31,6 +33,19 @@ pub trait Bar {
     fn found(&mut self, _rows: &Value) {}
 }
 
+/// Where notes go: a terminal, or the page.
+pub trait Notes {
+    /// Shows a note.
+    fn note(&mut self, text: &dyn Text);
+}
+
+impl<W: Write> Notes for W {
+    /// A closed standard error is no failure.
+    fn note(&mut self, text: &dyn Text) {
+        let _ = writeln!(self, "{text}");
+    }
+}
+
 /// The terminal of a command: its output, questions and the end by Ctrl-C.
 pub struct Terminal<'a> {
     /// Prints documents instead of text.
@@ -38,7 +53,7 @@ pub struct Terminal<'a> {
     /// Results, on standard output.
     pub out: &'a mut dyn Write,
     /// Notes for people, on standard error.
-    pub notes: &'a mut dyn Write,
+    pub notes: &'a mut dyn Notes,
     /// Asks a question that is not answered yet; true means yes.
     pub confirm: &'a mut dyn FnMut(&Question) -> bool,
     /// The questions that the user has answered with yes before.
@@ -79,7 +94,7 @@ impl Terminal<'_> {
     }
 
     /// Shows the progress of a command. Without a progress bar it prints `line`, if there is one.
-    pub fn progress(&mut self, progress: Progress, line: Option<String>) {
+    pub fn progress(&mut self, progress: Progress, line: Option<&Step>) {
         match (&mut self.bar, line) {
             (Some(bar), _) => bar.show(progress),
             (None, Some(line)) => self.note(line),
@@ -124,10 +139,10 @@ impl Terminal<'_> {
         report.lines().iter().try_for_each(|line| self.line(line))
     }
 
-    /// Prints a note for people; never in a document. A closed standard error is no failure.
-    pub fn note(&mut self, text: impl AsRef<str>) {
+    /// Prints a note for people; never in a document.
+    pub fn note(&mut self, text: &dyn Text) {
         self.hide();
-        let _ = writeln!(self.notes, "{}", text.as_ref());
+        self.notes.note(text);
     }
 }
 

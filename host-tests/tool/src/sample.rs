@@ -4,6 +4,7 @@
 use crate::error::{Error, RequestError};
 use crate::master::fsc::request as fsc;
 use crate::master::fsc::tables as fsc_tables;
+use crate::note::Note;
 use crate::number::Scale;
 use crate::session::Session;
 use crate::sheet::{Address, Entry};
@@ -299,15 +300,9 @@ impl Sampler {
     }
 
     /// What the user must know of the samples at the end: values that are not valid, and the missing samples.
-    pub fn summary(&self) -> Vec<String> {
-        let all = self.printed + self.lost;
-        let lost = format!("{} of {all} samples lost", self.lost);
-        let invalid = (self.invalid > 0).then(|| {
-            let count = self.invalid;
-            format!(
-                "{count} samples have an empty value: the sensor sent no valid angle, or the angle does not fit in 16 bits at this resolution (in this case set resolution, or leave out --cyclic)"
-            )
-        });
+    pub fn summary(&self) -> Vec<Note> {
+        let lost = Note::LostSamples(self.lost, self.printed + self.lost);
+        let invalid = (self.invalid > 0).then_some(Note::NoValue(self.invalid));
         invalid.into_iter().chain([lost]).collect()
     }
 }

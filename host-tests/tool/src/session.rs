@@ -4,7 +4,9 @@ use crate::error::{Error, SensorError, What, Why};
 use crate::link::Link;
 use crate::master::devicenet::Connection;
 use crate::master::{Roles, Storing, Target};
+use crate::note::Note;
 use crate::number::Scale;
+use crate::ops::report::Done;
 use crate::sheet::{Address, Entry, Sheet};
 use plumbline::model::catalog::Product;
 use plumbline::param::{ParameterId, number};
@@ -21,7 +23,7 @@ pub struct Session {
     /// The entries of the sensor.
     pub sheet: Sheet,
     /// What the user must know at the end; see [`note`](Self::note).
-    pub notes: Vec<String>,
+    pub notes: Vec<Note>,
     /// Another master owns the sensor: nothing is sent to it, and it is only listened to.
     pub only_listens: bool,
     /// The serial number that the sensor must have at each new connection of DeviceNet. None: any.
@@ -109,8 +111,7 @@ impl Session {
     }
 
     /// Remembers what the user must know at the end, each once.
-    pub fn note(&mut self, note: impl Into<String>) {
-        let note = note.into();
+    pub fn note(&mut self, note: Note) {
         if !self.notes.contains(&note) {
             self.notes.push(note);
         }
@@ -261,7 +262,7 @@ impl Session {
     ///
     /// # Errors
     /// The sensor refuses, nobody answers, or the adapter fails.
-    pub fn save(&mut self) -> Result<&'static str, Error> {
+    pub fn save(&mut self) -> Result<Done, Error> {
         let target = self.target;
         target.save(self)
     }
@@ -271,11 +272,11 @@ impl Session {
         self.target.loads_at_restart(self)
     }
 
-    /// Loads the factory values. Returns a sentence about what follows.
+    /// Loads the factory values, and says what follows.
     ///
     /// # Errors
     /// The sensor refuses, nobody answers, or the adapter fails.
-    pub fn load_factory(&mut self) -> Result<&'static str, Error> {
+    pub fn load_factory(&mut self) -> Result<Done, Error> {
         let target = self.target;
         target.load(self)
     }

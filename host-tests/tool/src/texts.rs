@@ -1,6 +1,9 @@
 //! Texts for people in English and in German, by the variants of an enum. A variant without one of its texts, or with data that one of
 //! them does not say, does not compile.
 
+use crate::calibrate::rest::Average;
+use crate::cli::NewRate;
+use host_tests::calibrate::Side;
 use serde_json::{Value, json};
 use std::fmt::Display;
 
@@ -76,7 +79,7 @@ macro_rules! same {
     };
 }
 
-same! { String &'static str u8 u16 u32 u64 i64 usize }
+same! { String &'static str u8 u16 u32 u64 i64 usize f64 NewRate Side Average }
 
 /// Declares an enum with its texts: `Variant(data: Type) = "English", "German";`. A third text is the English one of the page.
 macro_rules! texts {

@@ -2,6 +2,7 @@
 
 use crate::eds::shown;
 use crate::error::{Error, Kind, Why};
+use crate::note::Note;
 use std::cell::RefCell;
 use std::rc::Rc;
 
@@ -29,16 +30,16 @@ impl Unread {
         shown(&String::from_utf8_lossy(&self.0.borrow().1))
     }
 
-    /// A sentence for people; None: every line was read.
-    pub fn told(&self) -> Option<String> {
+    /// What the user must know; None: every line was read.
+    pub fn told(&self) -> Option<Note> {
         let (count, first) = (self.count(), self.first());
-        (count > 0).then(|| format!("the adapter has sent {count} lines that are not slcan, the first is {first:?}: frames are missing. Check its firmware and the settings of its port"))
+        (count > 0).then_some(Note::Unread(count, first))
     }
 
     /// The failure of a sensor that does not answer: its answers can be among the lines.
     pub fn explain(&self, failure: Error) -> Error {
-        match (self.count(), failure.kind()) {
-            (count @ 1.., Kind::Silent) => failure.explained(|_| Why::Unread(count, self.first())),
+        match (self.told(), failure.kind()) {
+            (Some(told), Kind::Silent) => failure.explained(|_| Why::Unread(told)),
             _ => failure,
         }
     }

@@ -1,73 +1,40 @@
 //! The interface that leads the user through a calibration: a terminal, or the page of `serve`.
 
-use super::log::Source;
 use super::rest::Average;
 use crate::output::Terminal;
+use crate::texts::texts;
 use host_tests::calibrate::Side;
 use std::fmt::{self, Display, Formatter};
-use std::path::Path;
 
 /// The number of checks with the same state after which a terminal prints the state again: 10 s.
 const TOLD: usize = 20;
 
-/// What happens. As a text, it is the note of a terminal.
-#[derive(Clone, Copy, Debug)]
-pub enum Step<'a> {
-    /// The log is started, and has no measurement yet.
-    Waiting {
-        /// Where the log comes from.
-        source: &'a Source,
-    },
-    /// The unit in the log.
-    Serial(u32),
-    /// Nothing is missing at the present temperature.
-    Complete,
-    /// The user must turn the sensor.
-    Place {
-        /// The position, 1 to 6.
-        place: usize,
-        /// The side that must be up.
-        side: Side,
-    },
-    /// A measurement of the last 3 s that cannot be used as a position.
-    Measured {
-        /// Why it cannot be used.
-        state: State,
-        /// The means of this time.
-        average: Average,
-    },
-    /// A position is in the file.
-    Taken {
-        /// The side that is up.
-        side: Side,
-        /// The file of the measurement.
-        path: &'a Path,
-    },
+texts! {
+    /// What happens. As a text, it is the note of a terminal.
+    Step {
+        Waiting(log: String) = "waiting for the log of `{log}`; the build of an image takes some minutes",
+            "wartet auf das Protokoll von `{log}`; der Bau eines Images dauert einige Minuten";
+        Serial(serial: u32) = "serial number {serial}", "Seriennummer {serial}";
+        Complete = "the measurement is complete at this temperature", "die Messung ist bei dieser Temperatur vollständig";
+        Place(place: usize, side: Side) = "position {place} of 6: place the sensor at rest on a level surface with {side} up",
+            "Lage {place} von 6: Legen Sie den Sensor ruhig auf eine waagrechte Fläche, {side} nach oben";
+        Measured(state: State, average: Average) = "{state}: {average}", "{state}: {average}";
+        Taken(side: Side, path: String) = "{side} is in {path}", "{side} ist in {path}";
+    }
 }
 
-/// Whether the last 3 s can be taken.
-#[derive(Clone, Copy, PartialEq, Debug)]
-pub enum State {
-    /// The measurement can be used as a position.
-    Ready,
-    /// The sensor moves, so the measurement is no mean at rest.
-    Moves,
-    /// No side is up: the sensor is inclined.
-    NoSide,
-    /// Another side is up than that which is asked for.
-    OtherSide {
-        /// The side that is up.
-        up: Side,
-        /// The side that must be up.
-        side: Side,
-    },
-    /// The temperature differs from the temperature of the first position.
-    TooFar {
-        /// The temperature of the first position in degC.
-        first: f64,
-    },
-    /// The temperature is too near to the temperature of an earlier measurement.
-    TooNear,
+texts! {
+    /// Whether the last 3 s can be taken.
+    #[derive(Copy)]
+    State {
+        Ready = "at rest", "in Ruhe";
+        Moves = "it moves", "er bewegt sich";
+        NoSide = "no side is up", "keine Seite ist oben";
+        OtherSide(up: Side, side: Side) = "{up} is up, not {side}", "{up} ist oben, nicht {side}";
+        TooFar(first: f64) = "too far from {first:.1} degC, the temperature of the first position",
+            "zu weit weg von {first:.1} degC, der Temperatur der ersten Lage";
+        TooNear = "too near to the temperature of an earlier measurement", "zu nah an der Temperatur einer früheren Messung";
+    }
 }
 
 impl State {
@@ -77,8 +44,8 @@ impl State {
             Self::Ready => "ready",
             Self::Moves => "moves",
             Self::NoSide => "no-side",
-            Self::OtherSide { .. } => "other-side",
-            Self::TooFar { .. } => "too-far",
+            Self::OtherSide(..) => "other-side",
+            Self::TooFar(_) => "too-far",
             Self::TooNear => "too-near",
         }
     }
@@ -132,17 +99,17 @@ impl<'a, 'b> Asks<'a, 'b> {
 
 impl Host for Asks<'_, '_> {
     fn tell(&mut self, step: &Step) {
-        match (*step, self.told) {
-            (Step::Measured { state, .. }, Some((told, looks))) if state == told => {
+        match (step, self.told) {
+            (Step::Measured(state, _), Some((told, looks))) if *state == told => {
                 self.told = Some((told, looks + 1));
                 if (looks + 1) % TOLD != 0 {
                     return;
                 }
             }
-            (Step::Measured { state, .. }, _) => self.told = Some((state, 0)),
+            (Step::Measured(state, _), _) => self.told = Some((*state, 0)),
             _ => self.told = None,
         }
-        self.terminal.note(step.to_string());
+        self.terminal.note(step);
     }
 
     fn ask(&mut self, question: &Question) -> bool {
@@ -152,41 +119,6 @@ impl Host for Asks<'_, '_> {
 
     fn is_stopped(&self) -> bool {
         (self.terminal.stopped)()
-    }
-}
-
-impl Display for Step<'_> {
-    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Waiting { source } => write!(
-                f,
-                "waiting for the log of `{source}`; the build of an image takes some minutes"
-            ),
-            Self::Serial(serial) => write!(f, "serial number {serial}"),
-            Self::Complete => f.write_str("the measurement is complete at this temperature"),
-            Self::Place { place, side } => write!(
-                f,
-                "position {place} of 6: place the sensor at rest on a level surface with {side} up"
-            ),
-            Self::Measured { state, average } => write!(f, "{state}: {average}"),
-            Self::Taken { side, path } => write!(f, "{side} is in {}", path.display()),
-        }
-    }
-}
-
-impl Display for State {
-    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Ready => f.write_str("at rest"),
-            Self::Moves => f.write_str("it moves"),
-            Self::NoSide => f.write_str("no side is up"),
-            Self::OtherSide { up, side } => write!(f, "{up} is up, not {side}"),
-            Self::TooFar { first } => write!(
-                f,
-                "too far from {first:.1} degC, the temperature of the first position"
-            ),
-            Self::TooNear => f.write_str("too near to the temperature of an earlier measurement"),
-        }
     }
 }
 

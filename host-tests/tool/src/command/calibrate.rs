@@ -11,6 +11,7 @@ use crate::calibrate::rest::{Average, Window};
 use crate::error::{CalibrationError, Error, FileError, RequestError};
 use crate::identify;
 use crate::link::stopped;
+use crate::note::Note;
 use crate::output::Terminal;
 use host_tests::calibrate::{Side, Units, calibration as computed};
 use host_tests::store_file;
@@ -76,8 +77,8 @@ pub(super) fn calibrate(
 /// A calibration that is computed, and written if there is a store file.
 pub struct Done {
     calibration: Calibration,
-    /// What the user must do next, as text.
-    pub next: String,
+    /// What the user must do next.
+    pub next: Note,
 }
 
 impl Done {
@@ -119,17 +120,12 @@ pub fn run(
     let name = path.display().to_string();
     let calibration = computed(&name, &measurement.text).map_err(CalibrationError::Invalid)?;
     let (Some(store), Some(product)) = (unit.store, product) else {
-        let next =
-            "--store FILE with --product NAME writes it into a store file of the unit".to_owned();
+        let next = Note::NoStore;
         return Ok(Done { calibration, next });
     };
     let serial = measurement.serial.ok_or(CalibrationError::NoSerial)?;
     store_file::calibrate(product.owner(serial), &calibration, store).map_err(FileError::Store)?;
-    let next = format!(
-        "the calibration of {} with serial number {serial} is in {}. The download with probe-rs (README of Plumbline, \"Calibrating a unit\") replaces the settings of the unit: `plumbline backup` before and `plumbline restore` after it keep them",
-        product.name,
-        store.display()
-    );
+    let next = Note::Calibration(product.name, serial, store.display().to_string());
     Ok(Done { calibration, next })
 }
 
@@ -147,7 +143,7 @@ struct Guide {
 
 impl Guide {
     fn start(source: &Source, host: &mut dyn Host) -> Result<Self, Error> {
-        host.tell(&Step::Waiting { source });
+        host.tell(&Step::Waiting(source.to_string()));
         Ok(Self {
             log: Log::start(source)?,
             window: Window::default(),
@@ -178,7 +174,7 @@ impl Guide {
         }
         for side in missing {
             let place = SIDES.iter().position(|own| *own == side).unwrap_or(0) + 1;
-            host.tell(&Step::Place { place, side });
+            host.tell(&Step::Place(place, side));
             self.log.turn(side);
             let average = self.position(side, set_temperature, measurement, host)?;
             measurement.add(side, &average)?;
@@ -187,10 +183,7 @@ impl Guide {
                 let set = measurement.set_at(average.temperature)?;
                 set_temperature = set.map(|(temperature, _)| temperature);
             }
-            host.tell(&Step::Taken {
-                side,
-                path: measurement.path,
-            });
+            host.tell(&Step::Taken(side, measurement.path.display().to_string()));
         }
         Ok(())
     }
@@ -220,14 +213,14 @@ impl Guide {
             let state = match (average.side(), set_temperature) {
                 _ if !average.is_at_rest() => State::Moves,
                 (None, _) => State::NoSide,
-                (Some(up), _) if up != side => State::OtherSide { up, side },
-                (_, Some(first)) if set != Some(first) => State::TooFar { first },
+                (Some(up), _) if up != side => State::OtherSide(up, side),
+                (_, Some(first)) if set != Some(first) => State::TooFar(first),
                 // The six positions of an earlier measurement must stay six.
                 (_, None) if set.is_some() => State::TooNear,
                 _ => State::Ready,
             };
             if state != State::Ready {
-                host.tell(&Step::Measured { state, average });
+                host.tell(&Step::Measured(state, average));
                 continue;
             }
             if host.ask(&Question::Take { side, average }) {

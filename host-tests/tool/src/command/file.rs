@@ -5,6 +5,7 @@ use crate::backup::{Backup, write_file};
 use crate::eds::dcf::{self, Commissioning};
 use crate::error::{Error, FileError};
 use crate::identify::Found;
+use crate::note::Note;
 use crate::ops::set;
 use crate::output::Terminal;
 use crate::resolve;
@@ -31,7 +32,7 @@ pub(crate) fn backup(
         match session.read(&entry) {
             // A device does not need to have all that is in its data sheet.
             Err(failure @ Error::Refused(_)) if session.sheet.data_sheet.is_some() => {
-                terminal.note(format!("{} is left out: {failure}", entry.name));
+                terminal.note(&Note::EntryLeftOut(entry.name.clone(), failure));
             }
             raw => {
                 let raw = raw?;
@@ -43,7 +44,7 @@ pub(crate) fn backup(
     for entry in texts {
         let bytes = match session.read_bytes(&entry) {
             Err(failure @ Error::Refused(_)) if session.sheet.data_sheet.is_some() => {
-                terminal.note(format!("{} is left out: {failure}", entry.name));
+                terminal.note(&Note::EntryLeftOut(entry.name.clone(), failure));
                 continue;
             }
             bytes => bytes?,
@@ -59,9 +60,7 @@ pub(crate) fn backup(
     backup.write(path)?;
     let left_out = session.sheet.commands().count();
     if left_out > 0 {
-        terminal.note(format!(
-            "{left_out} entries are left out, because writing them is a command or changes process data: the file lists them"
-        ));
+        terminal.note(&Note::CommandsLeftOut(left_out));
     }
     let count = backup.values.len();
     terminal.line(format!("{count} settings are in {}", path.display()))?;

@@ -5,6 +5,7 @@ use crate::backup::{Unread, read_file, write_file};
 use crate::eds::identity as data_sheet;
 use crate::error::{Error, Fault, FileError, RequestError};
 use crate::identify;
+use crate::note::Note;
 use crate::ops::Report;
 use crate::ops::identity::Told;
 use crate::output::Terminal;
@@ -73,14 +74,10 @@ pub(super) fn finish(told: &Told, into: Into, terminal: &mut Terminal) -> Result
         store_file::identify(product, unit, path).map_err(FileError::Store)?;
     }
     if let Some(path) = into.output {
-        terminal.note(format!("the sheet is {}", path.display()));
+        terminal.note(&Note::Sheet(path.display().to_string()));
     }
     if let Some(path) = into.store {
-        terminal.note(format!(
-            "the identity of a unit of {} is in {}. The download with probe-rs (README of Plumbline, \"Calibrating a unit\") replaces the settings of the unit: `plumbline backup` before and `plumbline restore` after it keep them",
-            product.name,
-            path.display()
-        ));
+        terminal.note(&Note::Identity(product.name, path.display().to_string()));
     }
     terminal.report(&Report::Identity(Box::new(told.clone())))
 }

@@ -22,6 +22,7 @@ use crate::identify::{self, Found};
 use crate::labels::Labels;
 use crate::last::{self, Last};
 use crate::link::Link;
+use crate::note::Note;
 use crate::ops::{self, Request};
 use crate::output::Terminal;
 use crate::question::{Name, Question};
@@ -155,13 +156,13 @@ pub fn run_with(cli: &Cli, terminal: &mut Terminal, connect: Connect) -> Result<
     };
     let is_silent = matches!(&result, Err(failure) if failure.kind() == Kind::Silent);
     if is_filled && is_silent && !bus.is_found {
-        terminal.note("nobody answers there: the tool searches as without the last command");
+        terminal.note(&Note::Searches);
         bus.options = &searched;
         is_filled = false;
         result = on_bus(cli, &mut bus, terminal);
     }
     if let (Ok(()), Some(told)) = (&result, bus.unread.told()) {
-        terminal.note(told);
+        terminal.note(&told);
     }
     if let (Ok(()), Some(place), Some(port)) = (&result, bus.place, &full.port) {
         last.keep(port, place.rate, place.target);
@@ -209,7 +210,7 @@ fn on_bus(cli: &Cli, bus: &mut Bus, terminal: &mut Terminal) -> Result<(), Error
             })?;
             bus.place = Some(place);
             if let Some(told) = told {
-                terminal.note(told);
+                terminal.note(&told);
             }
             terminal.report(&report)
         }
@@ -221,7 +222,7 @@ fn on_bus(cli: &Cli, bus: &mut Bus, terminal: &mut Terminal) -> Result<(), Error
             bus.with_found(terminal, |session, found, terminal| {
                 let (document, name) = restore::restore(session, found, file, only, terminal)?;
                 let place = Place::next(session);
-                terminal.note(place.told(options, session, found));
+                terminal.note(&place.told(options, session, found));
                 terminal.document(&document)?;
                 ops::label::take_over(&mut labels, found, name.as_deref(), terminal);
                 Ok(())
@@ -338,7 +339,7 @@ impl Bus<'_> {
     fn labels(&self, terminal: &mut Terminal) -> Labels {
         let labels = Labels::open(self.options.config.as_deref());
         labels.unwrap_or_else(|failure| {
-            terminal.note(failure.to_string());
+            terminal.note(&failure);
             Labels::default()
         })
     }
@@ -390,7 +391,7 @@ impl Bus<'_> {
         let released = session.release();
         session.link.close();
         for note in session.notes.drain(..) {
-            terminal.note(note);
+            terminal.note(&note);
         }
         let value = result?;
         released?;

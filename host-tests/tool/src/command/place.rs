@@ -3,6 +3,7 @@
 use crate::cli::Options;
 use crate::identify::Found;
 use crate::master::Target;
+use crate::note::Note;
 use crate::ops::{Request, rate};
 use crate::scan::kbits;
 use crate::serve::line;
@@ -49,8 +50,8 @@ impl Place {
         }
     }
 
-    /// A sentence with the command line.
-    pub fn told(&self, options: &Options, session: &Session, found: &Found) -> String {
+    /// The command line.
+    pub fn told(&self, options: &Options, session: &Session, found: &Found) -> Note {
         let found = Found {
             target: self.target,
             ..found.clone()
@@ -62,11 +63,11 @@ impl Place {
         let product = session.sheet.product.name;
         let mut words = line::selecting(port, rate.as_ref(), &found, product, eds);
         words.push("get".to_owned());
-        let when = match self.after_restart {
-            true => "after its next restart",
-            false => "now",
-        };
-        format!("this line finds the sensor {when}: {}", line::shown(&words))
+        let line = line::shown(&words);
+        match self.after_restart {
+            true => Note::FoundAfterRestart(line),
+            false => Note::FoundNow(line),
+        }
     }
 }
 

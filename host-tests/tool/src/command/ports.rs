@@ -2,6 +2,7 @@
 
 use crate::adapter::ports::ports;
 use crate::error::Error;
+use crate::note::Note;
 use crate::output::Terminal;
 use serde_json::json;
 
@@ -12,9 +13,7 @@ use serde_json::json;
 pub(super) fn list(terminal: &mut Terminal) -> Result<(), Error> {
     let ports = ports();
     if ports.is_empty() {
-        terminal.note(
-            "this computer has no adapter that plumbline can use: plug one in, or try demo:is2",
-        );
+        terminal.note(&Note::NoAdapter);
     }
     for listed in &ports {
         terminal.line(format!("{:24} {}", listed.port, listed.kind))?;

@@ -4,7 +4,8 @@ use crate::backup::Backup;
 use crate::error::{Error, FileError, NumberError, SensorError};
 use crate::identify::Found;
 use crate::master::Storing;
-use crate::ops::set::{constrain, later, write};
+use crate::note::Note;
+use crate::ops::set::{acts_later, constrain, write};
 use crate::ops::{address, adjust};
 use crate::output::Terminal;
 use crate::plan;
@@ -202,13 +203,13 @@ pub(crate) fn restore(
     write(session, &values)?;
     // An earlier restore can have been interrupted between the writes and this command, so it is sent in every case.
     if session.storing() != Storing::Unknown {
-        terminal.line(session.save()?)?;
+        terminal.line(session.save()?.to_string())?;
     } else {
-        terminal.note("the device has no command to store: its manual says whether it keeps its settings at power-off");
+        terminal.note(&Note::NoSaveCommand);
     }
     for one in &found_differences {
-        if let Some(note) = later(session.sheet.product, &one.entry) {
-            terminal.note(format!("{} acts {note}", one.entry.name));
+        if acts_later(session.sheet.product, &one.entry) {
+            terminal.note(&Note::AtRestart(one.entry.name.clone()));
         }
     }
     let label = backup.label.filter(|_| only.is_empty());

@@ -5,6 +5,7 @@ use crate::connect;
 use crate::cyclic::Cyclic;
 use crate::error::{AdapterError, Error, FileError, RequestError, Silence};
 use crate::link::Link;
+use crate::note::Note;
 use crate::ops::set;
 use crate::output::{Terminal, closed};
 use crate::resolve;
@@ -136,7 +137,7 @@ fn polled(
         match sampler.poll(session, every) {
             Ok(Some(sample)) => {
                 if std::mem::take(&mut is_told) {
-                    terminal.note("the sensor answers again");
+                    terminal.note(&Note::Answers);
                 }
                 take(terminal, session, sampler, &sample)?;
             }
@@ -144,8 +145,8 @@ fn polled(
                 is_told = true;
                 let unread = session.link.adapter().unread();
                 let told = unread.and_then(|unread| unread.told());
-                let cause = told.unwrap_or_else(|| "check power and wiring".to_owned());
-                terminal.note(format!("the sensor has not answered for 1 s: {cause}. The command continues; Ctrl-C ends it"));
+                let cause = told.unwrap_or(Note::CheckWiring);
+                terminal.note(&Note::Silent(Box::new(cause)));
             }
             Ok(None) => {}
             Err(failure) if failure.is_stopped() => break,
@@ -220,7 +221,7 @@ pub(super) fn summarize(
     terminal: &mut Terminal,
 ) -> Result<(), Error> {
     for note in sampler.summary() {
-        terminal.note(note);
+        terminal.note(&note);
     }
     let silence = sampler.silence(session.link.now());
     if silence < SILENT {
@@ -294,9 +295,7 @@ pub(super) fn log(
         terminal.document(&json!({"file": file, "frames": count, "lost": lost}))?;
     }
     if let Some(lost @ 1..) = lost {
-        terminal.note(format!(
-            "the adapter has lost at least {lost} frames: stop other programs, or use an adapter with a larger queue"
-        ));
+        terminal.note(&Note::LostFrames(lost));
     }
     Ok(())
 }

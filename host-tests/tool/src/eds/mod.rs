@@ -15,6 +15,7 @@ mod ini;
 
 use crate::backup::{Unread, read_file};
 use crate::error::{Error, Fault, FileError, RequestError};
+use crate::note::Note;
 use crate::output::Terminal;
 use crate::question::{Doubt, Doubts, Question};
 use crate::session::Session;
@@ -290,27 +291,19 @@ pub fn check(session: &mut Session, terminal: &mut Terminal) -> Result<(), Error
         return Ok(());
     };
     if data_sheet.left_out > 0 {
-        terminal.note(format!(
-            "{} entries of the data sheet have types that plumbline does not show, or no object that they belong to",
-            data_sheet.left_out
-        ));
+        terminal.note(&Note::EntriesNotShown(data_sheet.left_out));
     }
     if let [first, more @ ..] = &data_sheet.ignored[..] {
-        let more = match more.len() {
-            0 => String::new(),
-            more => format!(" (and {more} more)"),
-        };
-        terminal.note(format!(
-            "line {first}{more} of the data sheet is no section, entry or comment and is ignored"
-        ));
+        terminal.note(&match more.len() {
+            0 => Note::LineIgnored(*first),
+            more => Note::LinesIgnored(*first, more),
+        });
     }
     let mut doubts = Vec::new();
     for (entry, wanted) in identity(session).into_iter().zip(data_sheet.identity) {
         let what = &entry.title;
         let Some(wanted) = wanted else {
-            terminal.note(format!(
-                "the data sheet names no {what}, so it is not compared"
-            ));
+            terminal.note(&Note::NotCompared(what.clone()));
             continue;
         };
         let own = match session.read(&entry) {

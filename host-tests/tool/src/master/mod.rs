@@ -22,6 +22,7 @@ use crate::link::Link;
 use crate::master::devicenet::explicit::Slave;
 use crate::master::fsc::request::Sensor;
 use crate::ops::identity::Values;
+use crate::ops::report::Done;
 use crate::output::Terminal;
 use crate::sample::{Poller, Sampler};
 use crate::scan::listen;
@@ -155,18 +156,18 @@ pub trait Master {
     ///
     /// # Errors
     /// See [`read`](Self::read).
-    fn save(&self, session: &mut Session) -> Result<&'static str, Error>;
+    fn save(&self, session: &mut Session) -> Result<Done, Error>;
 
     /// Whether the sensor takes its factory values at its next start, without storing them.
     fn loads_at_restart(&self, _session: &Session) -> bool {
         false
     }
 
-    /// Loads the factory values. Returns a sentence about what follows.
+    /// Loads the factory values, and says what follows.
     ///
     /// # Errors
     /// See [`read`](Self::read).
-    fn load(&self, session: &mut Session) -> Result<&'static str, Error>;
+    fn load(&self, session: &mut Session) -> Result<Done, Error>;
 
     /// Restarts the sensor.
     ///

@@ -1,6 +1,6 @@
 //! `node-id` and `mac`: another address, with the steps that the protocol needs, and a check at the new one.
 
-use super::Report;
+use super::report::{Done, Report};
 use super::set::write;
 use crate::error::{Error, NumberError, SensorError, Silence};
 use crate::identify;
@@ -35,7 +35,7 @@ pub(super) fn change(
     permitted?;
     let target = (roles.target)(new.into())?;
     if target == old {
-        return Ok(Report::done(format!("the {kind} is {new} already")));
+        return Ok(Done::AddressAlready(kind, new).into());
     }
     free(session, target)?;
     if roles.moves_at_once {
@@ -46,7 +46,7 @@ pub(super) fn change(
         session.restart()?;
         arrive(session, target)?;
     }
-    Ok(Report::done(format!("the {kind} is {new} now, and stored")))
+    Ok(Done::Address(kind, new).into())
 }
 
 /// The sensor has no address of this protocol.

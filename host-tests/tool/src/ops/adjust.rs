@@ -5,6 +5,7 @@ use super::report::{Adjusted, Report, Values};
 use super::set::needs_save;
 use crate::error::{Error, Kind, RequestError, Why};
 use crate::identify::Found;
+use crate::note::Note;
 use crate::output::Terminal;
 use crate::question::{Change, Question};
 use crate::session::Session;
@@ -134,9 +135,9 @@ pub(crate) fn adjust(
     if save {
         stored = Some(session.save()?);
     } else if is_pending {
-        terminal.note("not stored yet: `plumbline save` stores it");
+        terminal.note(&Note::NotStored);
     } else {
-        terminal.note("the sensor stores it by itself");
+        terminal.note(&Note::StoredBySensor);
     }
     Ok(Report::Adjusted(Adjusted {
         what,

@@ -2,11 +2,13 @@
 //! would also replace settings that are written and stored before it.
 
 use super::rate::answers;
+use super::report::Done;
 use super::{Report, address, adjust};
 use crate::adapter::Mode;
 use crate::error::Error;
 use crate::identify::Found;
 use crate::master::{factory_rate, factory_target};
+use crate::note::Note;
 use crate::output::Terminal;
 use crate::question::Change;
 use crate::session::Session;
@@ -32,16 +34,16 @@ pub(super) fn load(
     }
     let done = session.load_factory()?;
     let Some((target, rate)) = after_restart else {
-        return Ok(Report::done(done));
+        return Ok(done.into());
     };
     session.restart()?;
     if session.link.rate() != Some(rate) {
         session.link.leave_within(super::rate::SOON);
         if let Err(failure) = session.link.open(Some(rate), Mode::Active) {
             // The rate of an interface is not changed by this program. The message says what to type.
-            terminal.note(failure.to_string());
-            terminal.note("then `plumbline save`, so that the sensor keeps the factory values");
-            return Ok(Report::done("the sensor restarts with its factory values"));
+            terminal.note(&failure);
+            terminal.note(&Note::ThenSave);
+            return Ok(Done::FactoryRestartsAt.into());
         }
     }
     if !answers(session, target, found)? {
@@ -49,8 +51,5 @@ pub(super) fn load(
     }
     session.moved(target);
     session.save()?;
-    let (address, rate) = (target.named(), rate.name());
-    Ok(Report::done(format!(
-        "factory values are loaded and stored; the sensor has {address} and {rate} now"
-    )))
+    Ok(Done::Factory(target.named(), rate.name()).into())
 }

@@ -1,6 +1,7 @@
 //! The identity of a sensor: what it tells about itself.
 
 use crate::error::{Error, RequestError, SensorError};
+use crate::note::Note;
 use crate::output::Terminal;
 use crate::session::Session;
 use descriptors::unit::{self, Sheet, Value};
@@ -65,7 +66,7 @@ pub fn told(session: &mut Session, terminal: &mut Terminal) -> Result<Told, Erro
         };
         match one.unit(product) {
             Ok(_) => sheet.values.push(value),
-            Err(why) => terminal.note(format!("left out: {why}")),
+            Err(why) => terminal.note(&Note::LeftOut(why)),
         }
     }
     let unit = sheet.unit(product);

@@ -1,9 +1,10 @@
 //! `label`: the name of a sensor on this computer.
 
-use super::Report;
+use super::{Done, Report};
 use crate::error::Error;
 use crate::identify::Found;
 use crate::labels::Labels;
+use crate::note::Note;
 use crate::output::Terminal;
 
 /// What to do with the name.
@@ -29,12 +30,12 @@ pub(crate) fn label(
     }
     let name = labels.name(found);
     if let (Change::Give(_) | Change::Remove, Some(path)) = (change, labels.path()) {
-        terminal.note(format!("the names are in {}", path.display()));
+        terminal.note(&Note::Labels(path.display().to_string()));
     }
     let line = match (change, &name, before) {
-        (Change::Remove, None, Some(before)) => format!("the name {before} was removed"),
-        (_, Some(name), _) => name.clone(),
-        (_, None, _) => "the sensor has no name".to_owned(),
+        (Change::Remove, None, Some(before)) => Done::LabelRemoved(before),
+        (_, Some(name), _) => Done::Label(name.clone()),
+        (_, None, _) => Done::NoLabel,
     };
     Ok(Report::Label { label: name, line })
 }
@@ -51,9 +52,7 @@ pub(crate) fn take_over(
     };
     // The settings are restored already.
     match labels.set(found, Some(name)) {
-        Ok(()) => terminal.note(format!("the sensor has the name {name:?} of the file now")),
-        Err(failure) => terminal.note(format!(
-            "the label in the file was not taken over: {failure}"
-        )),
+        Ok(()) => terminal.note(&Note::Labelled(name.to_owned())),
+        Err(failure) => terminal.note(&Note::NotLabelled(failure)),
     }
 }

@@ -18,7 +18,7 @@ use crate::labels::Labels;
 use crate::master::{canopen, devicenet, j1939};
 use crate::output::Terminal;
 use crate::session::Session;
-pub use report::Report;
+pub use report::{Done, Report};
 pub use request::Request;
 
 /// Performs an operation. `labels` are the names of sensors, which only [`Request::Label`] needs. `checks`: the session is not new, so the
@@ -46,7 +46,7 @@ pub fn perform(
     let result = performed(request, session, found, (labels, checks), terminal);
     session.remember(false);
     for note in session.notes.drain(..) {
-        terminal.note(note);
+        terminal.note(&note);
     }
     result
 }
@@ -70,7 +70,7 @@ fn performed(
         Request::Set {
             assignments, save, ..
         } => set::set(session, assignments, *save, terminal),
-        Request::Save => session.save().map(Report::done),
+        Request::Save => session.save().map(Report::from),
         Request::LoadFactory => factory::load(session, found, terminal),
         Request::Zero { axis, save } => {
             let axis = axis.map(|axis| axis.name());
@@ -81,7 +81,7 @@ fn performed(
         }
         Request::Restart => {
             session.restart()?;
-            Ok(Report::done("the sensor restarts"))
+            Ok(Done::Restarts.into())
         }
         Request::NodeId { new } => address::change(session, &canopen::PROTOCOL, *new),
         Request::Mac { new } => address::change(session, &devicenet::PROTOCOL, *new),

@@ -1,6 +1,7 @@
 //! `rate`: another bit rate. The order is: check the adapter and the product, ask, write, store, restart, and ask the sensor at the new
 //! rate.
 
+use super::report::Done;
 use super::{Report, adjust, set};
 use crate::adapter::Mode;
 use crate::cli::NewRate;
@@ -35,7 +36,7 @@ pub(super) fn rate(
     let (entry, raw) = code(session, new)?;
     let old = session.link.rate();
     if session.read(&entry)? == raw && (new == NewRate::Automatic || old == new.fixed()) {
-        return Ok(Report::done(format!("the bit rate is {new} already")));
+        return Ok(Done::RateAlready(new).into());
     }
     reachable(session, new)?;
     let change = Change::Rate {
@@ -51,15 +52,13 @@ pub(super) fn rate(
         && let Err(failure) = session.link.open(Some(rate), Mode::Active)
     {
         // The rate of an interface is not changed by this program. The message says what to type.
-        terminal.note(failure.to_string());
-        return Ok(Report::done(format!("the sensor restarts with {new}")));
+        terminal.note(&failure);
+        return Ok(Done::RestartsWith(new).into());
     }
     match answers(session, target, found)? {
         true => {
             session.moved(target);
-            Ok(Report::done(format!(
-                "the bit rate is {new} now, and stored"
-            )))
+            Ok(Done::Rate(new).into())
         }
         false => {
             session.link.open(old, Mode::Active)?;

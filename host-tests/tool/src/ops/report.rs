@@ -2,11 +2,53 @@
 
 use super::adjust::What;
 use super::identity::Told;
+use crate::cli::NewRate;
 use crate::master::j1939::address::Shown as Address;
 use crate::sheet::Entry;
+use crate::texts::texts;
 use serde::ser::SerializeMap;
 use serde::{Serialize, Serializer};
 use serde_json::Value;
+
+texts! {
+    /// What happened, in one sentence.
+    Done {
+        AddressAlready(kind: &'static str, new: u8) = "the {kind} is {new} already", "{kind} ist schon {new}";
+        Address(kind: &'static str, new: u8) = "the {kind} is {new} now, and stored", "{kind} ist jetzt {new} und gespeichert";
+        RateAlready(new: NewRate) = "the bit rate is {new} already", "die Bitrate ist schon {new}";
+        Rate(new: NewRate) = "the bit rate is {new} now, and stored", "die Bitrate ist jetzt {new} und gespeichert";
+        RestartsWith(new: NewRate) = "the sensor restarts with {new}", "der Sensor startet neu mit {new}";
+        Restarts = "the sensor restarts", "der Sensor startet neu";
+        Stored = "stored", "gespeichert";
+        StoresItself = "the sensor stores each change by itself within one second",
+            "der Sensor speichert jede Änderung von selbst innerhalb einer Sekunde";
+        FactoryAtRestart = "factory values, including node-ID and bit rate, take effect after a restart; then `save` stores them",
+            "Werkswerte, auch Node-ID und Bitrate, gelten nach einem Neustart; dann müssen Sie sie im Sensor speichern",
+            "factory values, including node-ID and bit rate, take effect after a restart; then press Save in sensor";
+        FactoryLoaded = "factory values are loaded; node-ID and bit rate act after a restart",
+            "Werkswerte sind geladen; Node-ID und Bitrate gelten nach einem Neustart";
+        FactoryStored = "factory values are loaded and stored; identifiers and bit rate act after a restart",
+            "Werkswerte sind geladen und gespeichert; Identifier und Bitrate gelten nach einem Neustart";
+        FactoryRestarts = "the sensor restarts with factory values, including MAC ID and bit rate",
+            "der Sensor startet neu mit Werkswerten, auch MAC ID und Bitrate";
+        FactoryRestartsAt = "the sensor restarts with its factory values", "der Sensor startet neu mit seinen Werkswerten";
+        Factory(address: String, rate: &'static str) = "factory values are loaded and stored; the sensor has {address} and {rate} now",
+            "Werkswerte sind geladen und gespeichert; der Sensor hat jetzt {address} und {rate}";
+        Label(name: String) = "{name}", "{name}";
+        LabelRemoved(name: String) = "the name {name} was removed", "der Name {name} wurde entfernt";
+        NoLabel = "the sensor has no name", "der Sensor hat keinen Namen";
+    }
+}
+
+impl From<Done> for Report {
+    fn from(done: Done) -> Self {
+        Self::Done { done }
+    }
+}
+
+fn sentence<S: Serializer>(done: &Done, to: S) -> Result<S::Ok, S::Error> {
+    to.collect_str(done)
+}
 
 /// A parameter or value that has been read.
 #[derive(Clone, Debug)]
@@ -46,8 +88,9 @@ impl Values {
 pub enum Report {
     /// It is done.
     Done {
-        /// What happened, in one sentence.
-        done: String,
+        /// What happened.
+        #[serde(serialize_with = "sentence")]
+        done: Done,
     },
     /// These values were read.
     Values(Values),
@@ -58,7 +101,7 @@ pub enum Report {
         values: Values,
         /// What has stored them.
         #[serde(skip)]
-        stored: Option<&'static str>,
+        stored: Option<Done>,
     },
     /// The present position is a reference.
     Adjusted(Adjusted),
@@ -68,7 +111,7 @@ pub enum Report {
         label: Option<String>,
         /// The same for people.
         #[serde(skip)]
-        line: String,
+        line: Done,
     },
     /// The address of a J1939 sensor.
     Address(Address),
@@ -91,7 +134,7 @@ pub struct Adjusted {
     /// The angles now.
     pub angles: Values,
     /// What has stored it.
-    pub stored: Option<&'static str>,
+    pub stored: Option<Done>,
     /// The parameters that have been written, with their numbers.
     pub written: Vec<(Entry, u32)>,
 }
@@ -105,24 +148,19 @@ impl Serialize for Adjusted {
 }
 
 impl Report {
-    /// What happened, in one sentence.
-    pub fn done(text: impl Into<String>) -> Self {
-        Self::Done { done: text.into() }
-    }
-
     /// For people.
     pub fn lines(&self) -> Vec<String> {
-        let with = |values: &Values, stored: &Option<&'static str>| {
+        let with = |values: &Values, stored: &Option<Done>| {
             let mut lines = values.lines();
-            lines.extend(stored.map(str::to_owned));
+            lines.extend(stored.as_ref().map(Done::to_string));
             lines
         };
         match self {
-            Self::Done { done } => vec![done.clone()],
+            Self::Done { done } => vec![done.to_string()],
             Self::Values(values) => values.lines(),
             Self::Written { values, stored } => with(values, stored),
             Self::Adjusted(adjusted) => with(&adjusted.angles, &adjusted.stored),
-            Self::Label { line, .. } => vec![line.clone()],
+            Self::Label { line, .. } => vec![line.to_string()],
             Self::Address(address) => address.lines(),
             Self::Raw { answer, .. } => {
                 let bytes = answer.as_bytes().chunks(2);

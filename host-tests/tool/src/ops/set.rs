@@ -5,6 +5,7 @@ use super::get::show;
 use super::report::{Report, Values as Read};
 use crate::error::{Error, NumberError, RequestError, SensorError};
 use crate::master::{Roles, Storing};
+use crate::note::Note;
 use crate::output::Terminal;
 use crate::plan;
 use crate::resolve;
@@ -67,8 +68,8 @@ pub(crate) fn set(
         if entry.readable {
             read.0.push(show(session, entry)?);
         }
-        if let Some(note) = later(session.sheet.product, entry) {
-            terminal.note(format!("{} acts {note}", entry.name));
+        if acts_later(session.sheet.product, entry) {
+            terminal.note(&Note::AtRestart(entry.name.clone()));
         }
     }
     let mut stored = None;
@@ -77,7 +78,7 @@ pub(crate) fn set(
     } else if values.iter().any(|(entry, _)| {
         entry.stored && !entry.command && needs_save(session.sheet.product, entry.origin)
     }) {
-        terminal.note("not stored yet: `plumbline save` stores it");
+        terminal.note(&Note::NotStored);
     }
     Ok(Report::Written {
         values: read,
@@ -190,14 +191,12 @@ pub(crate) fn read_back(session: &mut Session, values: &Checked) -> Result<(), E
     Ok(())
 }
 
-/// When a parameter acts, if not at once.
-pub(crate) fn later(product: &Product, entry: &Entry) -> Option<&'static str> {
-    let Origin::Parameter(id) = entry.origin else {
-        return None;
+/// Whether a parameter acts after the next restart.
+pub(crate) fn acts_later(product: &Product, entry: &Entry) -> bool {
+    let (Origin::Parameter(id), Some(roles)) = (entry.origin, Roles::of(product)) else {
+        return false;
     };
-    let roles = Roles::of(product)?;
-    let restarts = roles.is_rate(id) || (roles.is_address(id) && !roles.moves_at_once);
-    restarts.then_some("after the next restart")
+    roles.is_rate(id) || (roles.is_address(id) && !roles.moves_at_once)
 }
 
 /// Whether a change is lost at power-off until a command stores it.

@@ -16,6 +16,7 @@ use crate::master::fsc::boot_up::boot_up;
 use crate::master::fsc::request::{self as fsc, Sensor};
 use crate::master::j1939::groups as j1939;
 use crate::master::{Ca, Node, Target};
+use crate::note::{At, Note, Step};
 use crate::output::{Progress, Terminal};
 use plumbline::can::{BitRate, CanId, Frame};
 use plumbline::time::{Duration, millis};
@@ -32,18 +33,16 @@ const STEP: u16 = 32;
 /// The node-IDs and MAC IDs that are asked.
 const NODES: u8 = 127;
 const MACS: u8 = 64;
-const EVERYBODY: &str = "asking at all node-IDs and MAC IDs";
 
 /// How many identifiers before an answer are asked again: the answer can be late.
 const LATE: u16 = 3;
 
-/// How long an adapter may take in each pass over the addresses as delivered, and what the user reads meanwhile.
-const PASSES: [(Duration, &str); 2] = [
-    (identify::QUICK, "asking at the addresses as delivered"),
-    (
-        millis(60),
-        "asking at the addresses as delivered again, with more time",
-    ),
+/// How long an adapter may take in a pass over the addresses as delivered, and what the user reads meanwhile.
+type Pass = (Duration, fn(At) -> Step);
+
+const PASSES: [Pass; 2] = [
+    (identify::QUICK, Step::Delivered),
+    (millis(60), Step::DeliveredAgain),
 ];
 
 /// What is known before the questions.
@@ -69,9 +68,13 @@ impl Questions<'_> {
         terminal: &mut Terminal,
     ) -> Result<(), Error> {
         let total = PASSES.len() * rates.len();
-        for (pass, (latency, what)) in (0..).zip(PASSES) {
+        for (pass, (latency, step)) in (0..).zip(PASSES) {
             for (place, rate) in (0..).zip(rates) {
-                say(terminal, what, *rate, (pass * rates.len() + place, total));
+                say(
+                    terminal,
+                    &step(At::from(*rate)),
+                    (pass * rates.len() + place, total),
+                );
                 if !link.try_rate(*rate, rates)? {
                     continue;
                 }
@@ -87,7 +90,11 @@ impl Questions<'_> {
             }
         }
         for (place, rate) in (0..).zip(rates) {
-            say(terminal, EVERYBODY, *rate, (place, rates.len()));
+            say(
+                terminal,
+                &Step::Everybody(At::from(*rate)),
+                (place, rates.len()),
+            );
             if !link.try_rate(*rate, rates)? {
                 continue;
             }
@@ -139,12 +146,12 @@ impl Questions<'_> {
         rows: &mut Rows,
         terminal: &mut Terminal,
     ) -> Result<(), Error> {
-        let what = of(EVERYBODY, link.rate());
+        let everybody = Step::Everybody(link.rate().into());
         let step = |terminal: &mut Terminal, done: u8| {
             let progress = Progress {
                 done: done.into(),
                 total: usize::from(NODES) + usize::from(MACS),
-                text: &what,
+                step: &everybody,
             };
             terminal.progress(progress, None);
         };
@@ -220,10 +227,7 @@ impl Questions<'_> {
         }
         let nodes = u64::from(NODES) + u64::from(MACS);
         let time = nodes * identify::question(link, identify::QUICK).to_micros() + searching(link);
-        terminal.note(format!(
-            "the requests to all node-IDs, MAC IDs and 11-bit identifiers take at least {} s",
-            time / 1_000_000
-        ));
+        terminal.note(&Note::SearchTakes(time / 1_000_000));
         self.everybody(link, rows, terminal)?;
         self.identifiers(link, rows, terminal)
     }
@@ -238,15 +242,14 @@ impl Questions<'_> {
         const STATUS: u8 = 0x02;
         let wait = search_wait(link);
         let seconds = searching(link) / 1_000_000;
-        let what = format!("searching all 11-bit identifiers, at least {seconds} s");
-        let (last, text) = (0x7FF, of(&what, link.rate()));
+        let (last, step) = (0x7FF, Step::Identifiers(seconds, link.rate().into()));
         for id in 1..=last {
             let progress = Progress {
                 done: id.into(),
                 total: last.into(),
-                text: &text,
+                step: &step,
             };
-            let line = (id == 1).then(|| text.clone());
+            let line = (id == 1).then_some(&step);
             if id % STEP == 1 {
                 terminal.progress(progress, line);
             }
@@ -290,18 +293,6 @@ fn searching(link: &Link) -> u64 {
     2048 * search_wait(link).to_micros()
 }
 
-/// What is done at a rate.
-fn of(what: &str, rate: Option<BitRate>) -> String {
-    let rate = rate.map_or("the bit rate of the interface", BitRate::name);
-    format!("{what} ({rate})")
-}
-
-fn say(terminal: &mut Terminal, what: &str, rate: Option<BitRate>, (done, total): (usize, usize)) {
-    let text = of(what, rate);
-    let progress = Progress {
-        done,
-        total,
-        text: &text,
-    };
-    terminal.progress(progress, Some(text.clone()));
+fn say(terminal: &mut Terminal, step: &Step, (done, total): (usize, usize)) {
+    terminal.progress(Progress { done, total, step }, Some(step));
 }

@@ -1,9 +1,10 @@
 //! The first part of a scan, and of every other command that does not know where the sensor is: listens and sends nothing.
 
-use super::schedule::{Lone, Schedule, Step};
+use super::schedule::{self, Lone, Schedule};
 use crate::adapter::Mode;
 use crate::error::{AdapterError, Error};
 use crate::link::{Link, stopped};
+use crate::note::{Note, Step};
 use crate::output::{Progress, Terminal};
 use crate::question::Question;
 use plumbline::can::{BitRate, Frame};
@@ -27,9 +28,6 @@ pub struct Traffic {
     pub frames: Vec<(Instant, Frame)>,
 }
 
-/// What to do while a scan listens.
-const SWITCH: &str = "switch the sensor off and on now: it then tells its address";
-
 /// Listens at all rates of a schedule; None: there is no traffic at any of them. A scan reports each rate also without a progress bar.
 ///
 /// # Errors
@@ -43,7 +41,7 @@ pub fn all(
     // An adapter does not have every rate.
     let mut refused: Vec<(Option<BitRate>, Error)> = Vec::new();
     if schedule.is_shown {
-        terminal.note(SWITCH);
+        terminal.note(&Step::Switch);
     }
     // The rate at which the adapter is open.
     let mut open: Option<Option<BitRate>> = None;
@@ -66,7 +64,7 @@ pub fn all(
             }
             match quiet(link, step.rate, terminal) {
                 Err(failure) if failure.is_rate_refused() => {
-                    terminal.note(failure.to_string());
+                    terminal.note(&failure);
                     refused.push((step.rate, failure));
                     continue;
                 }
@@ -77,31 +75,22 @@ pub fn all(
         let opened = link.now();
         let until = step.until(start, opened);
         let frames = hear(link, until, End::Traffic)?;
-        let name = link
-            .rate()
-            .map_or("the bit rate of the interface", BitRate::name);
         let is_shown = schedule.is_shown && (step.is_line || !frames.is_empty());
         // Some adapters have to be asked, which takes a part of a short step.
         let counts = link.adapter().capabilities().reports_errors
             || (is_shown && (step.is_long() || !frames.is_empty()));
         let errors = counts.then(|| link.adapter().errors()).flatten();
-        let errors = errors.map_or(String::new(), |errors| format!(", {errors} errors"));
         let dwell = Duration::from_ticks(until.ticks().saturating_sub(opened.ticks())).to_millis();
-        let count = frames.len();
-        let told = format!("listened at {name} for {dwell} ms: {count} frames{errors}");
-        let text = match schedule.is_shown && frames.is_empty() {
-            true => format!("{told} - {SWITCH}"),
-            false => told.clone(),
+        let mut told = Step::Listened(link.rate().into(), dwell, frames.len());
+        if let Some(errors) = errors {
+            told = Step::Counted(Box::new(told), errors);
+        }
+        let line = is_shown.then(|| Step::Numbered(done, total, Box::new(told.clone())));
+        let step = match schedule.is_shown && frames.is_empty() {
+            true => &Step::Waits(Box::new(told)),
+            false => &told,
         };
-        let progress = Progress {
-            done,
-            total,
-            text: &text,
-        };
-        terminal.progress(
-            progress,
-            is_shown.then(|| format!("[{done:2}/{total}] {told}")),
-        );
+        terminal.progress(Progress { done, total, step }, line.as_ref());
         if !frames.is_empty() {
             let rate = link.rate();
             heard = Some(Traffic { rate, frames });
@@ -112,7 +101,7 @@ pub fn all(
         link.close();
     }
     terminal.hide();
-    let is_refused = |step: &Step| refused.iter().any(|(rate, _)| *rate == step.rate);
+    let is_refused = |step: &schedule::Step| refused.iter().any(|(rate, _)| *rate == step.rate);
     match schedule.steps.iter().all(is_refused) {
         true => Err(all_refused(refused)),
         false => Ok(heard),
@@ -189,7 +178,7 @@ pub fn open(link: &mut Link, rate: Option<BitRate>, terminal: &mut Terminal) -> 
 fn confirmed(rate: Option<BitRate>, terminal: &mut Terminal) -> Result<(), Error> {
     let rate = rate.map(|rate| rate.name().to_owned());
     if terminal.ask(&Question::TakePart { rate })? {
-        terminal.note("the adapter has no listen-only mode: it acknowledges the messages of other devices while the tool listens");
+        terminal.note(&Note::AdapterTakesPart);
         return Ok(());
     }
     Err(AdapterError::MayNotTakePart.into())
@@ -203,8 +192,7 @@ fn quiet(link: &mut Link, rate: Option<BitRate>, terminal: &mut Terminal) -> Res
         Err(failure) if failure.lacks_listen_only() && !sets_rate => {
             link.open(rate, Mode::Active)?;
             if link.take_part() {
-                let message = failure;
-                terminal.note(format!("the interface takes part in the bus and acknowledges the messages of other devices while the tool listens: {message}"));
+                terminal.note(&Note::InterfaceTakesPart(failure));
             }
             Ok(())
         }

@@ -24,6 +24,7 @@ use crate::labels::Labels;
 use crate::link::Link;
 use crate::master::Target;
 use crate::master::fsc::request::shown;
+use crate::note::{At, Note};
 use crate::output::Terminal;
 use crate::question::Question;
 pub use active::Questions;
@@ -131,7 +132,7 @@ fn find(
     let heard = match heard {
         // The user has been warned, and has said --active.
         Err(failure) if failure.lacks_listen_only() && options.active => {
-            terminal.note("the adapter has no listen-only mode: asking without listening first");
+            terminal.note(&Note::AsksAtOnce);
             None
         }
         heard => heard?,
@@ -154,17 +155,13 @@ fn find(
     if !is_answered && !terminal.ask(&question)? {
         if rows.rows.is_empty() {
             let option = if heard.is_none() { "--active" } else { "--yes" };
-            terminal.note(format!(
-                "no request was sent: `plumbline scan {option}` sends the requests without this question"
-            ));
+            terminal.note(&Note::NotAsked(option));
         }
         return Ok(heard);
     }
     let protocol = passive::protocol(&sightings);
     if let Some(protocol) = protocol {
-        terminal.note(format!(
-            "the protocol of the bus is {protocol}: the tool sends no requests of other protocols"
-        ));
+        terminal.note(&Note::Protocol(protocol));
     }
     let rates: Vec<Option<BitRate>> = match &heard {
         Some(heard) => vec![heard.rate],
@@ -199,7 +196,7 @@ fn known(
             match link.open(rate, Mode::Active) {
                 // An interface of Linux: the message says what to type.
                 Err(failure @ Error::Adapter(AdapterError::OnlyListens(..))) => {
-                    terminal.note(failure.to_string());
+                    terminal.note(&failure);
                 }
                 opened => {
                     opened?;
@@ -229,12 +226,11 @@ fn asked(link: &mut Link, target: Target, most: usize) -> Result<Option<Row>, Er
 fn report(link: &Link, terminal: &mut Terminal) {
     if link.sent().is_empty() {
         terminal.note(match link.takes_part() {
-            true => "nothing was sent, but the messages of other devices were acknowledged",
-            false => "nothing was sent",
+            true => &Note::OnlyAcknowledged,
+            false => &Note::NothingSent,
         });
     }
     for (rate, count) in link.sent() {
-        let rate = rate.map_or("the bit rate of the interface", BitRate::name);
-        terminal.note(format!("sent {count} frames at {rate}"));
+        terminal.note(&Note::Sent(*count, At::from(*rate)));
     }
 }

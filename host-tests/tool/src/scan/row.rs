@@ -238,7 +238,7 @@ impl Rows {
         if let Row::Found(found) = &row
             && !found.twins.is_empty()
         {
-            terminal.note(found.twins().to_string());
+            terminal.note(&found.twins());
         }
         match self.rows.iter_mut().find(|own| row.is_same(own)) {
             Some(own) => *own = row,

@@ -44,7 +44,6 @@ pub const ASSETS: &[Asset] = &[
     asset!(JS, "parameters.js"),
     asset!(JS, "reading.js"),
     asset!(JS, "ring.js"),
-    asset!(JS, "sentences-de.js"),
     asset!(JS, "state.js"),
     asset!(JS, "texts.js"),
     asset!(JS, "trace.js"),

@@ -247,7 +247,7 @@ struct Page {
     answers: Receiver<Answer>,
     /// The document that the page shows.
     document: Value,
-    notes: Vec<String>,
+    notes: Vec<Value>,
 }
 
 impl Page {
@@ -262,15 +262,14 @@ impl Page {
         };
         let result = calibrate::run(&unit.file, unit.source.as_ref(), names, self);
         let mut event = action(if result.is_ok() { "done" } else { "failed" });
-        event["notes"] = json!(self.notes);
         for name in ["measured", "question", "side", "place"] {
             self.document[name] = Value::Null;
         }
         match result {
             Ok(done) => {
                 self.document["result"] = done.document();
-                self.document["next"] = json!(done.next);
-                event["result"] = json!({"done": done.next});
+                self.document["next"] = done.next.texts();
+                self.notes.push(done.next.texts());
                 self.show("done");
             }
             Err(failure) => {
@@ -279,6 +278,7 @@ impl Page {
                 self.show("failed");
             }
         }
+        event["notes"] = json!(self.notes);
         self.hub.publish(Kind::Action, &event);
     }
 
@@ -303,23 +303,23 @@ impl Host for Page {
     fn tell(&mut self, step: &Step) {
         let mut state = "measuring";
         match step {
-            Step::Waiting { .. } => state = "waiting",
+            Step::Waiting(_) => state = "waiting",
             Step::Serial(serial) => self.document["serial"] = json!(serial),
             Step::Complete => {}
-            Step::Place { place, side } => {
+            Step::Place(place, side) => {
                 self.document["place"] = json!(place);
                 self.document["side"] = json!(side.to_string());
                 self.document["measured"] = Value::Null;
             }
-            Step::Measured { state, average } => self.measured(*state, average),
-            Step::Taken { side, .. } => {
+            Step::Measured(state, average) => self.measured(*state, average),
+            Step::Taken(side, _) => {
                 if let Some(taken) = self.document["taken"].as_array_mut() {
                     taken.push(json!(side.to_string()));
                 }
             }
         }
-        if !matches!(step, Step::Measured { .. }) {
-            self.notes.push(step.to_string());
+        if !matches!(step, Step::Measured(..)) {
+            self.notes.push(step.texts());
         }
         self.show(state);
     }

@@ -33,6 +33,7 @@ pub mod worker;
 
 use crate::cli::Options;
 use crate::error::{Error, PageError};
+use crate::note::Note;
 use crate::output::Terminal;
 use api::App;
 use calibration::{Calibration, Unit};
@@ -222,15 +223,11 @@ pub fn run(settings: Settings, opens: bool, terminal: &mut Terminal) -> Result<(
     terminal.line(&url)?;
     terminal.document(&json!({"url": url}))?;
     if !server.address().ip().is_loopback() {
-        terminal.note("other computers can open the page: use the address of this computer instead of 127.0.0.1. Every user who knows the secret can change the sensor");
+        terminal.note(&Note::OtherComputers);
     }
-    terminal.note(
-        "the address contains a secret: do not give it to other people. Ctrl-C ends the server.",
-    );
+    terminal.note(&Note::Secret);
     if opens && let Err(error) = open::that_detached(&url) {
-        terminal.note(format!(
-            "cannot open a browser ({error}): open the address yourself"
-        ));
+        terminal.note(&Note::NoBrowser(error.to_string()));
     }
     server.run(Box::new(crate::adapter::connect), &*terminal.stopped)
 }

@@ -222,13 +222,13 @@ test("log_has_the_newest_action_first_with_its_line_notes_and_end", async () => 
   assert.equal(page.element("log-empty").hidden, false);
   const row = (place) => page.element("log-rows").children[place];
   await page.event("action", { n: 1, at: 0, line: "plumbline get", state: "running" });
-  await page.event("action", { n: 2, at: 0, line: "plumbline zero", state: "failed", notes: ["n1"], error: {}, texts: texts("a reason\nanother", "ein Grund") });
+  await page.event("action", { n: 2, at: 0, line: "plumbline zero", state: "failed", notes: [texts("n1")], error: {}, texts: texts("a reason\nanother", "ein Grund") });
   assert.ok(page.element("log-empty").hidden);
   assert.match(row(0).textContent, /plumbline zero failed.*n1a reasonanother/);
   assert.deepEqual(row(0).children.slice(1).map(({ className }) => className), ["note", "failed", "failed"]);
   const button = row(1).querySelector("button");
   button.focus();
-  await page.event("action", { n: 1, at: 0, line: "plumbline get", state: "done", result: { done: "12 values" } });
+  await page.event("action", { n: 1, at: 0, line: "plumbline get", state: "done", notes: [texts("12 values")] });
   assert.match(row(1).textContent, /plumbline get done.*12 values/);
   assert.equal(document.activeElement, row(1).querySelector("button"), "the focus stays in a row that is replaced");
   row(1).querySelector("button").click();

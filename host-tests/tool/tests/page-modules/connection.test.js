@@ -158,7 +158,7 @@ test("progress_of_a_scan_is_shown_until_its_end", async () => {
   await page.event("status", { ...CLOSED, busy: "scan" });
   assert.deepEqual(["connect", "find", "disconnect", "stop"].map((id) => page.element(id).disabled), [true, true, true, false]);
   assert.equal(page.text("state"), "busy: scan");
-  await page.event("progress", { done: 2, total: 10, text: "listened at 125 kbit/s" });
+  await page.event("progress", { done: 2, total: 10, texts: texts("listened at 125 kbit/s") });
   const bar = page.element("progress-bar");
   assert.deepEqual([bar.value, bar.max, bar.hidden, page.text("progress")], ["2", 10, false, "2/10 listened at 125 kbit/s"]);
   await page.click("stop");
@@ -287,7 +287,7 @@ test("page_without_the_secret_says_what_to_open", async () => {
 
 test("event_in_two_pieces_of_the_stream_is_one_event", async () => {
   const page = await open();
-  const bytes = new TextEncoder().encode(`event: status\ndata: ${JSON.stringify({ ...STATUS, port: "ä" })}\n\nevent: note\ndata: {"text":"x"}\n\n`);
+  const bytes = new TextEncoder().encode(`event: status\ndata: ${JSON.stringify({ ...STATUS, port: "ä" })}\n\nevent: note\ndata: {"texts":{"en":"x","de":"x"}}\n\n`);
   const cut = bytes.indexOf(0xC3) + 1;
   await page.bytes(bytes.slice(0, cut));
   assert.equal(page.text("state"), "-");

@@ -250,7 +250,7 @@ test("calibration_leads_through_the_positions_and_only_the_button_takes_one", as
   assert.ok(page.element("calibrate-step").classList.contains("bad"));
   assert.match(page.text("calibrate-step"), /^stopped/);
   assert.deepEqual(off(buttons), [false, true, true, true]);
-  await page.event("calibration", { state: "done", result: { offset_mg: [1, -2.5, 0] }, next: "flash is2.bin" });
+  await page.event("calibration", { state: "done", result: { offset_mg: [1, -2.5, 0] }, next: texts("flash is2.bin") });
   assert.deepEqual([page.text("calibrate-numbers"), page.text("calibrate-next")],
     ["offset x 1.00 mg, offset y -2.50 mg, offset z 0.00 mg", "flash is2.bin"]);
   assert.ok(states().every((text) => text.endsWith("taken")));

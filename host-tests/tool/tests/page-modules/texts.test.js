@@ -32,16 +32,6 @@ test("theme_is_kept", async () => {
   assert.deepEqual([document.documentElement.dataset.theme, localStorage.getItem("plumbline-theme")], ["dark", "dark"]);
 });
 
-test("sentences_of_the_program_are_in_german_with_their_parts", async () => {
-  const page = await open({ language: "de" });
-  const { said } = page.import("texts.js");
-  assert.equal(said("nobody answers at canopen 77 at 250 kbit/s"), "niemand antwortet auf canopen 77 bei 250 kbit/s");
-  // A part is a sentence too.
-  assert.match(said("listened at 125 kbit/s for 500 ms: 3 frames - switch the sensor off and on now: it then tells its address"),
-    /^bei 125 kbit\/s 500 ms gehört: 3 Frames - Schalten Sie/);
-  assert.equal(said("unheard of"), "unheard of");
-});
-
 /** What a screen reader says of an element. */
 function name(element) {
   const label = element.getAttribute("aria-label");

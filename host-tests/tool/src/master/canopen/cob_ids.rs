@@ -1,6 +1,7 @@
 //! COB-IDs and mappings of CANopen: the service is switched off while they change.
 
 use crate::error::Error;
+use crate::note::Note;
 use crate::plan::Values;
 use crate::session::Session;
 use crate::sheet::{Address, Entry};
@@ -136,9 +137,7 @@ impl Pdo {
             return;
         };
         if self.wanted.is_none() && cob_id & DISABLED != 0 {
-            let name = &entry.name;
-            let note = format!("the PDO of {name} stays switched off. To switch it on, set {name}");
-            session.note(note);
+            session.note(Note::PdoOff(entry.name.clone()));
         }
         let count = mapping.last().filter(|(own, raw)| {
             *raw == 0
@@ -149,9 +148,7 @@ impl Pdo {
                     .is_some_and(|count| count.name == own.name)
         });
         if let Some((count, _)) = count {
-            let name = &count.name;
-            let note = format!("{name} stays 0. To change it, set {name}");
-            session.note(note);
+            session.note(Note::StaysZero(count.name.clone()));
         }
     }
 

@@ -6,11 +6,12 @@
 
 mod tpdo;
 
-use crate::cyclic::{LISTENS, Layout, Message, NOT_PUT_BACK, SLICE, Source, Started, Stream};
+use crate::cyclic::{LISTENS, Layout, Message, SLICE, Source, Started, Stream};
 use crate::error::{Error, RequestError, SensorError, What};
 use crate::link::{Link, stopped};
 use crate::master::canopen::nmt::{self, State};
 use crate::master::canopen::sdo::{Answer, Server};
+use crate::note::Note;
 use crate::output::Terminal;
 use crate::question::Question;
 use crate::sample::Sampler;
@@ -96,7 +97,7 @@ pub(super) fn start(
     if let Err(failure) = pdo.switch_on(session, wanted) {
         // The cause is the failure of the write.
         if pdo.stop(session).is_err() {
-            session.note(NOT_PUT_BACK);
+            session.note(Note::NotPutBack);
         }
         return Err(failure);
     }
@@ -146,7 +147,7 @@ fn listened(
         None if tpdo.has_sync() => Layout::period(std::slice::from_ref(layout), &mut session.link)?,
         None => None,
     };
-    terminal.note(already(tpdo.number, every));
+    terminal.note(&Note::SentAlready(tpdo.number + 1, every.into()));
     sampler.take(session, set.clone())?;
     let pdo = Pdo {
         node,
@@ -162,18 +163,6 @@ fn confirmed(number: u16, terminal: &mut Terminal) -> Result<(), Error> {
         return Ok(());
     }
     Err(RequestError::TpdoNotConfirmed.into())
-}
-
-/// What the user must know of a TPDO that is sent already.
-fn already(number: u16, every: Option<Duration>) -> String {
-    let every = match every {
-        Some(every) => format!(" every {} ms", every.ticks() as f64 / 1000.0),
-        None => " without a period, so lost samples cannot be counted".to_owned(),
-    };
-    let number = number + 1;
-    format!(
-        "the sensor sends its angles in TPDO {number} already,{every}: it is only listened to, without --every"
-    )
 }
 
 /// The numbers of the TPDOs in the sheet, from 0.

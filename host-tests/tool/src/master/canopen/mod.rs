@@ -20,6 +20,7 @@ use crate::identify::Found;
 use crate::link::Link;
 use crate::master::canopen::sdo::Answer;
 use crate::ops::identity::Values;
+use crate::ops::report::Done;
 use crate::output::Terminal;
 use crate::sample::Sampler;
 use crate::session::Session;
@@ -120,7 +121,7 @@ impl Master for Node {
         self.serial_in(session)
     }
 
-    fn save(&self, session: &mut Session) -> Result<&'static str, Error> {
+    fn save(&self, session: &mut Session) -> Result<Done, Error> {
         save(session, self.server())
     }
 
@@ -128,7 +129,7 @@ impl Master for Node {
         loads_at_restart(session)
     }
 
-    fn load(&self, session: &mut Session) -> Result<&'static str, Error> {
+    fn load(&self, session: &mut Session) -> Result<Done, Error> {
         load(session, self.server())
     }
 

@@ -6,15 +6,13 @@ use crate::error::{Error, RequestError, What};
 use crate::master::canopen::lss;
 use crate::master::canopen::nmt::{self, Command};
 use crate::master::canopen::sdo::Server;
+use crate::ops::report::Done;
 use crate::session::{Session, unexpected};
 use crate::sheet::{Address, Entry};
 use plumbline::can::BitRate;
 use plumbline::canopen::dictionary::{Service, Starts, Target, Use};
 use plumbline::model::listing::canopen::Tables;
 use plumbline::param::number;
-
-/// What follows if [`loads_at_restart`] is true.
-const AT_RESTART: &str = "factory values, including node-ID and bit rate, take effect after a restart; then `save` stores them";
 
 /// The identity object.
 const IDENTITY: u16 = 0x1018;
@@ -69,17 +67,14 @@ pub(in crate::master) fn object(
     answer.must(server, what)
 }
 
-/// Stores the parameters. Returns a sentence about it.
-pub(in crate::master) fn save(
-    session: &mut Session,
-    server: Server,
-) -> Result<&'static str, Error> {
+/// Stores the parameters.
+pub(in crate::master) fn save(session: &mut Session, server: Server) -> Result<Done, Error> {
     let is = |service| matches!(service, Service::Store | Service::StoreGroup);
     let [first, ..] = services(own(session)?, is)[..] else {
         return Err(RequestError::NoSave.into());
     };
     object(session, server, first, b"save", What::Save)?;
-    Ok("stored")
+    Ok(Done::Stored)
 }
 
 /// Whether the sensor takes its factory values at its next start, without storing them (1011h with groups).
@@ -88,17 +83,14 @@ pub(in crate::master) fn loads_at_restart(session: &Session) -> bool {
     groups.is_ok_and(|groups| !groups.is_empty())
 }
 
-/// Loads the factory values. Returns a sentence about what follows.
-pub(in crate::master) fn load(
-    session: &mut Session,
-    server: Server,
-) -> Result<&'static str, Error> {
+/// Loads the factory values, and says what follows.
+pub(in crate::master) fn load(session: &mut Session, server: Server) -> Result<Done, Error> {
     let tables = own(session)?;
     // The last sub-index restores everything.
     let groups = services(tables, |service| service == Service::RestoreGroup);
     if let Some(all) = groups.last() {
         object(session, server, *all, b"load", What::Load)?;
-        return Ok(AT_RESTART);
+        return Ok(Done::FactoryAtRestart);
     }
     for one in services(tables, |service| service == Service::RestoreCommunication) {
         object(session, server, one, b"load", What::Load)?;
@@ -106,7 +98,7 @@ pub(in crate::master) fn load(
     for one in commands(tables, Starts::Restore) {
         object(session, server, one, &[1], What::Load)?;
     }
-    Ok("factory values are loaded; node-ID and bit rate act after a restart")
+    Ok(Done::FactoryLoaded)
 }
 
 impl Node {

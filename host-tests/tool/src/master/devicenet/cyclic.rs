@@ -14,6 +14,7 @@ use crate::cyclic::{LISTENS, Layout, Message, Started, Stream};
 use crate::error::{Error, Kind, SensorError, What};
 use crate::link::Link;
 use crate::master::devicenet::explicit::{Path, Slave};
+use crate::note::Note;
 use crate::output::Terminal;
 use crate::sample::Sampler;
 use crate::session::Session;
@@ -35,9 +36,6 @@ const LEAST: u32 = 1000;
 /// The maximum number of polls that wait for a response, and the maximum time of this wait: on a bus that is too slow, polls must not fill
 /// a queue.
 const WAITING: (usize, Duration) = (8, millis(50));
-
-/// The connection could not be released.
-const NOT_RELEASED: &str = "the connection to the sensor could not be released: the sensor releases the connection by itself after four times --every, and not before 10 s";
 
 /// The I/O messages that are received.
 pub(super) struct Io {
@@ -166,14 +164,7 @@ fn listened(
     };
     let every = Layout::period(&io.layouts, &mut session.link)?;
     let names: Vec<String> = sampler.entries().into_iter().map(|own| own.name).collect();
-    let every_text = match every {
-        Some(every) => format!("come every {} ms", every.ticks() as f64 / 1000.0),
-        None => "have no period, so lost samples cannot be counted".to_owned(),
-    };
-    terminal.note(format!(
-        "another master owns the sensor: it is only listened to, nothing is sent. Its messages {every_text}; they are taken as {}, with the resolution as delivered",
-        names.join(" and ")
-    ));
+    terminal.note(&Note::OwnedByOther(every.into(), names.join(" and ")));
     Ok(Started::now(io, every))
 }
 
@@ -268,8 +259,8 @@ impl Stream for Io {
         Ok(message.map(Message::plain))
     }
 
-    fn left(&self) -> &'static str {
-        NOT_RELEASED
+    fn left(&self) -> Note {
+        Note::NotReleased
     }
 }
 

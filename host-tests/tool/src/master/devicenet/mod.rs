@@ -19,6 +19,7 @@ use crate::master::canopen::sdo;
 use crate::master::devicenet::explicit::{Path, Slave};
 use crate::ops::identity::Values;
 use crate::ops::raw::{bad, bytes};
+use crate::ops::report::Done;
 use crate::output::Terminal;
 use crate::sample::Sampler;
 use crate::session::Session;
@@ -103,13 +104,13 @@ impl Master for Slave {
         Ok(is_checked)
     }
 
-    fn save(&self, _session: &mut Session) -> Result<&'static str, Error> {
-        Ok("the sensor stores each change by itself within one second")
+    fn save(&self, _session: &mut Session) -> Result<Done, Error> {
+        Ok(Done::StoresItself)
     }
 
-    fn load(&self, session: &mut Session) -> Result<&'static str, Error> {
+    fn load(&self, session: &mut Session) -> Result<Done, Error> {
         self.reset(session, 1)?;
-        Ok("the sensor restarts with factory values, including MAC ID and bit rate")
+        Ok(Done::FactoryRestarts)
     }
 
     fn restart(&self, session: &mut Session) -> Result<(), Error> {

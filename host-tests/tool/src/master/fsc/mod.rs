@@ -16,6 +16,7 @@ use crate::link::Link;
 use crate::master::fsc::request::{Sensor, shown};
 use crate::number::identifier;
 use crate::ops::identity::Values;
+use crate::ops::report::Done;
 use crate::output::Terminal;
 use crate::sample::{Poller, Sampler};
 use crate::session::Session;
@@ -131,14 +132,14 @@ impl Master for Sensor {
         self.serial_in(session)
     }
 
-    fn save(&self, session: &mut Session) -> Result<&'static str, Error> {
+    fn save(&self, session: &mut Session) -> Result<Done, Error> {
         self.signed(session, Operation::Save)?;
-        Ok("stored")
+        Ok(Done::Stored)
     }
 
-    fn load(&self, session: &mut Session) -> Result<&'static str, Error> {
+    fn load(&self, session: &mut Session) -> Result<Done, Error> {
         self.signed(session, Operation::Load)?;
-        Ok("factory values are loaded and stored; identifiers and bit rate act after a restart")
+        Ok(Done::FactoryStored)
     }
 
     fn restart(&self, session: &mut Session) -> Result<(), Error> {

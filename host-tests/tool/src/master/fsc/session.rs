@@ -3,6 +3,7 @@
 use super::tables;
 use crate::error::{Error, What};
 use crate::master::fsc::request::{self as fsc, Sensor};
+use crate::note::Note;
 use crate::ops::identity::{Values, numbers};
 use crate::session::{Session, unexpected};
 use crate::sheet::{Address, Entry};
@@ -74,9 +75,7 @@ impl Sensor {
         }
         fsc::command(&mut session.link, self, tables, code, data, time)?;
         for name in earlier {
-            let note =
-                format!("the sensor had the error {name} before this command, which cleared it");
-            session.note(note);
+            session.note(Note::Cleared(name));
         }
         Ok(())
     }

@@ -9,6 +9,7 @@ use crate::master::j1939::groups::{self as j1939, ANSWER};
 use crate::master::{Ca, Target};
 use crate::ops::Report;
 use crate::ops::address::{free, not_here};
+use crate::ops::report::Done;
 use crate::session::Session;
 use plumbline::j1939::name::Name;
 use plumbline::param::ParameterId;
@@ -51,9 +52,7 @@ pub(crate) fn address(session: &mut Session, new: Option<u8>) -> Result<Report, 
         session.target = Target::J1939(Ca(new));
         answers(session, name)?;
     }
-    Ok(Report::done(format!(
-        "the address is {new} now, and stored"
-    )))
+    Ok(Done::Address("address", new).into())
 }
 
 /// Waits until the sensor answers at the address of the session.

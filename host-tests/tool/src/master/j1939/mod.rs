@@ -16,6 +16,7 @@ use crate::identify::Found;
 use crate::link::Link;
 use crate::master::j1939::groups as j1939;
 use crate::ops::identity::Values;
+use crate::ops::report::Done;
 use crate::output::Terminal;
 use crate::sample::{Poller, Sampler};
 use crate::session::Session;
@@ -91,7 +92,7 @@ impl Master for Ca {
         canopen::write(session, self.server(), entry, bytes)
     }
 
-    fn save(&self, session: &mut Session) -> Result<&'static str, Error> {
+    fn save(&self, session: &mut Session) -> Result<Done, Error> {
         let server = self.must_have(session, RequestError::J1939Save)?;
         canopen::save(session, server)
     }
@@ -100,7 +101,7 @@ impl Master for Ca {
         canopen::loads_at_restart(session)
     }
 
-    fn load(&self, session: &mut Session) -> Result<&'static str, Error> {
+    fn load(&self, session: &mut Session) -> Result<Done, Error> {
         let server = self.must_have(session, RequestError::J1939Load)?;
         canopen::load(session, server)
     }

@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::eds::parse;
+use crate::note::Note;
 use crate::sheet::Address;
 
 /// The object that cannot be mapped.
@@ -81,7 +82,7 @@ fn written_to(
     others: &[Object],
     stores: u32,
     changes: &[Object],
-) -> (Result<(), Error>, Rc<RefCell<Node>>, Vec<String>) {
+) -> (Result<(), Error>, Rc<RefCell<Node>>, Vec<Note>) {
     let start = Instant::from_ticks(0);
     let objects = VALUES.iter().chain(others).map(|(index, sub, value)| {
         let [low, high] = index.to_le_bytes();

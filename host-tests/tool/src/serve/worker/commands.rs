@@ -7,7 +7,7 @@ use crate::error::{Asks, Error, FileError, Kind as Refusal, PageError, RequestEr
 use crate::labels::Labels;
 use crate::ops::report::{Adjusted, Values};
 use crate::ops::{self, Report, Request};
-use crate::output::{Bar, Progress, Terminal};
+use crate::output::{self, Bar, Progress, Terminal};
 use crate::question::{Name, Question};
 use crate::scan;
 use crate::serve::api::file::document;
@@ -15,6 +15,7 @@ use crate::serve::events::{Hub, Kind, tell};
 use crate::serve::job::Scan;
 use crate::serve::line::{self, Words};
 use crate::sheet::Address;
+use crate::texts::Text;
 use crate::{command, identify};
 use bench::bit_rate;
 use plumbline::param::DataType;
@@ -112,6 +113,9 @@ impl Worker {
             if let Some(target) = next {
                 // An address that was set before acts from the restart on.
                 ops::address::arrive(session, target)?;
+            }
+            if let Report::Done { done } = &report {
+                terminal.note(done);
             }
             let document = json!(report);
             done = Some(report);
@@ -276,7 +280,7 @@ impl Worker {
         };
         let result = run(live, &mut terminal).map_err(on_request);
         for note in live.session.notes.drain(..) {
-            terminal.note(note);
+            terminal.note(&note);
         }
         let document = result.clone().map(Into::into);
         self.end(number, &shown, &document, notes.all);
@@ -373,7 +377,6 @@ impl Worker {
         Notes {
             hub: self.hub.clone(),
             number,
-            line: Vec::new(),
             all: Vec::new(),
         }
     }
@@ -401,7 +404,7 @@ impl Worker {
         number: u64,
         shown: &Words,
         result: &Result<Value, Error>,
-        notes: Vec<String>,
+        notes: Vec<Value>,
     ) {
         self.busy = None;
         let mut event = json!({
@@ -412,9 +415,8 @@ impl Worker {
                 Err(_) => "failed",
             },
         });
-        match result {
-            Ok(document) => event["result"] = document.clone(),
-            Err(failure) => tell(&mut event, failure),
+        if let Err(failure) = result {
+            tell(&mut event, failure);
         }
         self.hub.publish(Kind::Action, &event);
     }
@@ -435,8 +437,8 @@ pub(super) struct Steps {
 }
 
 impl Bar for Steps {
-    fn show(&mut self, Progress { done, total, text }: Progress) {
-        let event = json!({"n": self.number, "done": done, "total": total, "text": text});
+    fn show(&mut self, Progress { done, total, step }: Progress) {
+        let event = json!({"n": self.number, "done": done, "total": total, "texts": step.texts()});
         self.hub.publish(Kind::Progress, &event);
     }
 
@@ -448,36 +450,23 @@ impl Bar for Steps {
     }
 }
 
-/// The notes of a command: each line is an event.
+/// The notes of a command: each one is an event.
 pub(super) struct Notes {
     hub: Arc<Hub>,
     number: u64,
-    line: Vec<u8>,
-    pub(super) all: Vec<String>,
+    pub(super) all: Vec<Value>,
 }
 
-/// The maximum number of lines of notes that are kept.
+/// The maximum number of notes that are kept.
 const NOTES: usize = 200;
 
-impl Write for Notes {
-    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
-        for byte in bytes {
-            if !matches!(byte, b'\n' | b'\r') {
-                self.line.push(*byte);
-                continue;
-            }
-            let text = String::from_utf8_lossy(&self.line).trim().to_owned();
-            self.line.clear();
-            if !text.is_empty() && self.all.len() < NOTES {
-                self.hub
-                    .publish(Kind::Note, &json!({"n": self.number, "text": text}));
-                self.all.push(text);
-            }
+impl output::Notes for Notes {
+    fn note(&mut self, text: &dyn Text) {
+        if self.all.len() < NOTES {
+            let texts = text.texts();
+            self.hub
+                .publish(Kind::Note, &json!({"n": self.number, "texts": texts}));
+            self.all.push(texts);
         }
-        Ok(bytes.len())
-    }
-
-    fn flush(&mut self) -> std::io::Result<()> {
-        Ok(())
     }
 }

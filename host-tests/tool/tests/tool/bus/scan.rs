@@ -250,8 +250,8 @@ fn sensor_with_unknown_identifiers_that_detects_the_rate_is_found_by_its_boot_up
 struct Shown(Rc<RefCell<Vec<(usize, usize, String)>>>);
 
 impl Bar for Shown {
-    fn show(&mut self, Progress { done, total, text }: Progress) {
-        self.0.borrow_mut().push((done, total, text.to_owned()));
+    fn show(&mut self, Progress { done, total, step }: Progress) {
+        self.0.borrow_mut().push((done, total, step.to_string()));
     }
 
     fn hide(&mut self) {

@@ -159,7 +159,7 @@ fn position_is_taken_only_by_the_answer_to_its_own_question() {
     }
     assert!(board.path("is2.bin").exists());
     assert!(
-        done["next"]
+        done["next"]["en"]
             .as_str()
             .is_some_and(|next| next.contains("serial number 7")),
         "{done}"

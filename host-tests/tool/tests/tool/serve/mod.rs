@@ -16,7 +16,8 @@ mod identity;
 mod j1939;
 mod owner;
 mod scan;
-mod sentences;
+
 mod stream;
+mod texts;
 mod unsaved;
 mod which;

@@ -184,7 +184,7 @@ fn silent_sensor_is_found_within_5_s_of_the_yes_and_shown_while_the_scan_goes_on
     assert_eq!(row, found.json());
     let next = tab.wait("progress", |_| true);
     assert!(
-        next["text"]
+        next["texts"]["en"]
             .as_str()
             .is_some_and(|text| text.contains("all node-IDs")),
         "{next}"

@@ -150,7 +150,7 @@ fn scan_lists_the_sensor() {
     assert_eq!(answer.json()[0]["product"], "jn2101");
     let step = tab.wait("progress", |_| true);
     assert!(
-        step["text"]
+        step["texts"]["en"]
             .as_str()
             .is_some_and(|text| text.contains("listened")),
         "{step}"
@@ -222,7 +222,7 @@ fn progress_of_a_scan_is_an_event_for_each_step() {
     for done in 1..=10 {
         let step = tab.wait("progress", |_| true);
         assert_eq!((&step["done"], &step["total"]), (&json!(done), &json!(10)));
-        let text = step["text"].as_str().unwrap_or_default();
+        let text = step["texts"]["en"].as_str().unwrap_or_default();
         assert!(text.starts_with("listened at 125 kbit/s"), "{step}");
         assert!(text.ends_with("it then tells its address"), "{step}");
     }

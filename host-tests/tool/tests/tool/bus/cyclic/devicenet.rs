@@ -212,7 +212,7 @@ fn cyclic_messages_to_another_master_are_listened_to() {
     let [missing, all] = lost(&ended);
     assert!(missing == 0 && (39..=41).contains(&all), "{ended:?}");
     // The same identifier can carry changes only, so it has no period.
-    assert!(ended.notes.contains("have no period"), "{ended:?}");
+    assert!(ended.notes.contains("come without a period"), "{ended:?}");
     let seen = texts(&rig.witnessed());
     assert!(
         seen.iter().all(|frame| frame.starts_with("37F#")),

@@ -1,49 +1,8 @@
-//! The texts of the page: each question has one in both languages, and the German steps belong to the texts of the program.
+//! The texts of the page: each question has one in both languages, and the program sends its own texts in both.
 
 use crate::serve::client::Running;
 use plumbline_tool::question::Question;
 use serde_json::json;
-
-const TEXTS: &str = include_str!("../../../assets/sentences-de.js");
-
-/// Where the program tells its steps.
-const SOURCES: [&str; 7] = [
-    include_str!("../../../src/error/page.rs"),
-    include_str!("../../../src/error/sensor.rs"),
-    include_str!("../../../src/connect.rs"),
-    include_str!("../../../src/scan/mod.rs"),
-    include_str!("../../../src/scan/listen.rs"),
-    include_str!("../../../src/scan/active.rs"),
-    include_str!("../../../src/serve/worker/which.rs"),
-];
-
-/// The parts of a text between what changes.
-fn parts(text: &str) -> Vec<&str> {
-    let parts = text.split(['{', '}']).step_by(2);
-    parts.filter(|part| part.len() > 4).collect()
-}
-
-/// The English texts of the table.
-fn english() -> Vec<&'static str> {
-    let rows = TEXTS.lines().filter_map(|line| line.strip_prefix("  [\""));
-    rows.filter_map(|row| row.split('"').next()).collect()
-}
-
-#[test]
-fn each_german_sentence_has_the_text_of_the_program() {
-    let texts = english();
-    assert!(texts.len() > 12, "{texts:?}");
-    for text in texts {
-        for part in parts(text) {
-            // The program puts some texts together.
-            let part = part
-                .trim_end_matches([' ', '(', ','])
-                .trim_end_matches(" at");
-            let is_said = SOURCES.iter().any(|source| source.contains(part));
-            assert!(is_said, "{part}");
-        }
-    }
-}
 
 /// The texts of the page.
 const LANGUAGES: [&str; 2] = [
@@ -95,4 +54,26 @@ fn error_and_its_action_have_both_texts_of_the_page_instead_of_a_command() {
     }
     let action = tab.wait("action", |action| action["state"] == "failed");
     assert_eq!(action["texts"], texts);
+}
+
+#[test]
+fn notes_and_result_of_an_action_have_the_texts_of_the_page() {
+    let server = Running::connected("is2");
+    let mut tab = server.tab();
+    for (request, expected) in [
+        (
+            json!({"set": {"assignments": ["cyclic-time=100"]}}),
+            [
+                "not stored yet: press Save in sensor",
+                "noch nicht gespeichert: Drücken Sie Im Sensor speichern",
+            ],
+        ),
+        (json!("save"), ["stored", "gespeichert"]),
+    ] {
+        assert_eq!(server.post("/api/run", &request.to_string()).status, 200);
+        let [en, de] = expected;
+        let texts = json!({"en": en, "de": de});
+        assert_eq!(tab.wait("note", |_| true)["texts"], texts);
+        tab.wait("action", |action| action["notes"] == json!([texts]));
+    }
 }

@@ -1,0 +1,155 @@
+//! What a user must know beside the result of a command, and the steps of a scan.
+
+use crate::error::Error;
+use crate::texts::texts;
+use plumbline::can::BitRate;
+use plumbline::time::Duration;
+
+/// Where the calibration and the identity of a unit go from its store file.
+const DOWNLOAD: &str = "The download with probe-rs (README of Plumbline, \"Calibrating a unit\") replaces the settings of the unit: `plumbline backup` before and `plumbline restore` after it keep them";
+const DOWNLOAD_DE: &str = "Das Laden mit probe-rs (README von Plumbline, \"Calibrating a unit\") ersetzt die Einstellungen der Einheit: `plumbline backup` davor und `plumbline restore` danach erhalten sie";
+
+texts! {
+    /// What a user must know beside the result.
+    Note {
+        NotStored = "not stored yet: `plumbline save` stores it",
+            "noch nicht gespeichert: Drücken Sie Im Sensor speichern", "not stored yet: press Save in sensor";
+        StoredBySensor = "the sensor stores it by itself", "der Sensor speichert es von selbst";
+        ThenSave = "then `plumbline save`, so that the sensor keeps the factory values",
+            "drücken Sie dann Im Sensor speichern, damit der Sensor die Werkswerte behält",
+            "then press Save in sensor, so that the sensor keeps the factory values";
+        NoSaveCommand = "the device has no command to store: its manual says whether it keeps its settings at power-off",
+            "das Gerät hat keinen Befehl zum Speichern: Sein Handbuch sagt, ob es seine Einstellungen beim Ausschalten behält";
+        AtRestart(name: String) = "{name} acts after the next restart", "{name} gilt nach dem nächsten Neustart";
+        Cleared(name: &'static str) = "the sensor had the error {name} before this command, which cleared it",
+            "der Sensor hatte vor diesem Befehl den Fehler {name}; der Befehl hat ihn gelöscht";
+        PdoOff(name: String) = "the PDO of {name} stays switched off. To switch it on, set {name}",
+            "das PDO von {name} bleibt ausgeschaltet. Um es einzuschalten, setzen Sie {name}";
+        StaysZero(name: String) = "{name} stays 0. To change it, set {name}", "{name} bleibt 0. Um es zu ändern, setzen Sie {name}";
+        LeftOut(why: String) = "left out: {why}", "weggelassen: {why}";
+        EntryLeftOut(name: String, failure: Error) = "{name} is left out: {failure}", "{name} ist weggelassen: {failure}";
+        CommandsLeftOut(count: usize) = "{count} entries are left out, because writing them is a command or changes process data: the file lists them",
+            "{count} Einträge sind weggelassen, weil ihr Schreiben ein Befehl ist oder Prozessdaten ändert: Die Datei nennt sie";
+        Labels(path: String) = "the names are in {path}", "die Namen stehen in {path}";
+        Labelled(name: String) = "the sensor has the name {name:?} of the file now", "der Sensor hat jetzt den Namen {name:?} der Datei";
+        NotLabelled(failure: Error) = "the label in the file was not taken over: {failure}", "der Name in der Datei wurde nicht übernommen: {failure}";
+        Here(sensor: String) = "{sensor}", "{sensor}";
+        LastCommand(options: String) = "as in the last command: {options}", "wie im letzten Befehl: {options}";
+        Searches = "nobody answers there: the tool searches as without the last command",
+            "dort antwortet niemand: Das Programm sucht wie ohne den letzten Befehl";
+        FoundNow(line: String) = "this line finds the sensor now: {line}", "diese Zeile findet den Sensor jetzt: {line}";
+        FoundAfterRestart(line: String) = "this line finds the sensor after its next restart: {line}",
+            "diese Zeile findet den Sensor nach seinem nächsten Neustart: {line}";
+        Unread(count: u64, first: String) = "the adapter has sent {count} lines that are not slcan, the first is {first:?}: frames are missing. Check its firmware and the settings of its port",
+            "der Adapter hat {count} Zeilen gesendet, die kein slcan sind, die erste ist {first:?}: Frames fehlen. Prüfen Sie seine Firmware und die Einstellungen seines Anschlusses";
+        LostFrames(count: u64) = "the adapter has lost at least {count} frames: stop other programs, or use an adapter with a larger queue",
+            "der Adapter hat mindestens {count} Frames verloren: Beenden Sie andere Programme, oder verwenden Sie einen Adapter mit größerem Puffer";
+        NoAdapter = "this computer has no adapter that plumbline can use: plug one in, or try demo:is2",
+            "dieser Computer hat keinen Adapter für plumbline: Stecken Sie einen an, oder versuchen Sie demo:is2";
+        EntriesNotShown(count: usize) = "{count} entries of the data sheet have types that plumbline does not show, or no object that they belong to",
+            "{count} Einträge des Datenblatts haben Typen, die plumbline nicht zeigt, oder kein Objekt, zu dem sie gehören";
+        LineIgnored(line: usize) = "line {line} of the data sheet is no section, entry or comment and is ignored",
+            "Zeile {line} des Datenblatts ist weder Abschnitt noch Eintrag noch Kommentar und wird nicht beachtet";
+        LinesIgnored(line: usize, more: usize) = "line {line} (and {more} more) of the data sheet is no section, entry or comment and is ignored",
+            "Zeile {line} (und {more} weitere) des Datenblatts ist weder Abschnitt noch Eintrag noch Kommentar und wird nicht beachtet";
+        NotCompared(what: String) = "the data sheet names no {what}, so it is not compared",
+            "das Datenblatt nennt {what} nicht, deshalb wird das nicht verglichen";
+        Sheet(path: String) = "the sheet is {path}", "das Datenblatt ist {path}";
+        Identity(product: &'static str, path: String) = "the identity of a unit of {product} is in {path}. {DOWNLOAD}",
+            "die Identität einer Einheit von {product} ist in {path}. {DOWNLOAD_DE}";
+        Calibration(product: &'static str, serial: u32, path: String) = "the calibration of {product} with serial number {serial} is in {path}. {DOWNLOAD}",
+            "die Kalibrierung von {product} mit der Seriennummer {serial} ist in {path}. {DOWNLOAD_DE}";
+        NoStore = "--store FILE with --product NAME writes it into a store file of the unit",
+            "--store FILE mit --product NAME schreibt sie in eine Speicherdatei der Einheit";
+        OtherComputers = "other computers can open the page: use the address of this computer instead of 127.0.0.1. Every user who knows the secret can change the sensor",
+            "andere Computer können die Seite öffnen: Verwenden Sie die Adresse dieses Computers statt 127.0.0.1. Jeder, der das Geheimnis kennt, kann den Sensor ändern";
+        Secret = "the address contains a secret: do not give it to other people. Ctrl-C ends the server.",
+            "die Adresse enthält ein Geheimnis: Geben Sie sie nicht weiter. Strg-C beendet den Server.";
+        NoBrowser(reason: String) = "cannot open a browser ({reason}): open the address yourself",
+            "kein Browser lässt sich öffnen ({reason}): Öffnen Sie die Adresse selbst";
+        Silent(cause: Box<Note>) = "the sensor has not answered for 1 s: {cause}. The command continues; Ctrl-C ends it",
+            "der Sensor hat 1 s lang nicht geantwortet: {cause}. Der Befehl geht weiter; Strg-C beendet ihn";
+        CheckWiring = "check power and wiring", "Prüfen Sie Versorgung und Verdrahtung";
+        Answers = "the sensor answers again", "der Sensor antwortet wieder";
+        LostSamples(lost: u64, all: u64) = "{lost} of {all} samples lost", "{lost} von {all} Messwerten verloren";
+        NoValue(count: u64) = "{count} samples have an empty value: the sensor sent no valid angle, or the angle does not fit in 16 bits at this resolution (in this case set resolution, or leave out --cyclic)",
+            "{count} Messwerte haben einen leeren Wert: Der Sensor hat keinen gültigen Winkel gesendet, oder der Winkel passt bei dieser Auflösung nicht in 16 Bits (dann setzen Sie resolution, oder lassen Sie --cyclic weg)";
+        CounterRestarted = "the counter of the sensor started again: was the sensor off? The lost samples of this time are calculated from the time",
+            "der Zähler des Sensors hat neu begonnen: War der Sensor aus? Die verlorenen Messwerte dieser Zeit sind aus der Zeit berechnet";
+        NotPutBack = "the settings of the sensor for --cyclic could not be put back. They are not stored: switch the sensor off and on, then it has its previous settings",
+            "die Einstellungen des Sensors für --cyclic konnten nicht zurückgesetzt werden. Sie sind nicht gespeichert: Schalten Sie den Sensor aus und ein, dann hat er seine vorigen Einstellungen";
+        NotReleased = "the connection to the sensor could not be released: the sensor releases the connection by itself after four times --every, and not before 10 s",
+            "die Verbindung zum Sensor konnte nicht freigegeben werden: Der Sensor gibt sie von selbst nach viermal --every frei, aber nicht vor 10 s";
+        SentAlready(number: u16, every: Every) = "the sensor sends its angles in TPDO {number} already, {every}: it is only listened to, without --every",
+            "der Sensor sendet seine Winkel schon in TPDO {number}, {every}: Er wird nur gehört, ohne --every";
+        OwnedByOther(every: Every, names: String) = "another master owns the sensor: it is only listened to, nothing is sent. Its messages come {every}; they are taken as {names}, with the resolution as delivered",
+            "ein anderer Master besitzt den Sensor: Er wird nur gehört, nichts wird gesendet. Seine Nachrichten kommen {every}; sie gelten als {names}, mit der Auflösung wie geliefert";
+        AdapterTakesPart = "the adapter has no listen-only mode: it acknowledges the messages of other devices while the tool listens",
+            "der Adapter hat keine Betriebsart, in der er nur hört: Er bestätigt die Nachrichten anderer Geräte, während das Programm hört";
+        InterfaceTakesPart(failure: Error) = "the interface takes part in the bus and acknowledges the messages of other devices while the tool listens: {failure}",
+            "die Schnittstelle nimmt am Bus teil und bestätigt die Nachrichten anderer Geräte, während das Programm hört: {failure}";
+        AsksAtOnce = "the adapter has no listen-only mode: asking without listening first",
+            "der Adapter hat keine Betriebsart, in der er nur hört: Das Programm fragt, ohne vorher zu hören";
+        NotAsked(option: &'static str) = "no request was sent: `plumbline scan {option}` sends the requests without this question",
+            "keine Anfrage wurde gesendet ({option})", "no request was sent ({option})";
+        Protocol(name: &'static str) = "the protocol of the bus is {name}: the tool sends no requests of other protocols",
+            "das Protokoll des Busses ist {name}: Das Programm sendet keine Anfragen anderer Protokolle";
+        SearchTakes(seconds: u64) = "the requests to all node-IDs, MAC IDs and 11-bit identifiers take at least {seconds} s",
+            "die Anfragen an alle Node-IDs, MAC IDs und 11-Bit-Identifier dauern mindestens {seconds} s";
+        NothingSent = "nothing was sent", "nichts wurde gesendet";
+        OnlyAcknowledged = "nothing was sent, but the messages of other devices were acknowledged",
+            "nichts wurde gesendet, aber die Nachrichten anderer Geräte wurden bestätigt";
+        Sent(count: u64, at: At) = "sent {count} frames at {at}", "{count} Frames bei {at} gesendet";
+    }
+}
+
+texts! {
+    /// A step of a scan.
+    Step {
+        Switch = "switch the sensor off and on now: it then tells its address",
+            "schalten Sie den Sensor jetzt aus und ein: Dann nennt er seine Adresse";
+        Listened(at: At, time: u64, frames: usize) = "listened at {at} for {time} ms: {frames} frames",
+            "bei {at} {time} ms gehört: {frames} Frames";
+        Counted(step: Box<Step>, errors: u64) = "{step}, {errors} errors", "{step}, {errors} Fehler";
+        Waits(step: Box<Step>) = "{step} - switch the sensor off and on now: it then tells its address",
+            "{step} - schalten Sie den Sensor jetzt aus und ein: Dann nennt er seine Adresse";
+        Numbered(done: usize, total: usize, step: Box<Step>) = "[{done:2}/{total}] {step}", "[{done:2}/{total}] {step}";
+        Delivered(at: At) = "asking at the addresses as delivered ({at})", "fragt bei {at} auf den Adressen wie geliefert";
+        DeliveredAgain(at: At) = "asking at the addresses as delivered again, with more time ({at})",
+            "fragt bei {at} noch einmal auf den Adressen wie geliefert, mit mehr Zeit";
+        Everybody(at: At) = "asking at all node-IDs and MAC IDs ({at})", "fragt bei {at} auf allen Node-IDs und MAC IDs";
+        Identifiers(seconds: u64, at: At) = "searching all 11-bit identifiers, at least {seconds} s ({at})",
+            "sucht bei {at} auf allen 11-Bit-Identifiern, mindestens {seconds} s lang";
+    }
+}
+
+texts! {
+    /// A bit rate of a bus.
+    At {
+        Interface = "the bit rate of the interface", "der Bitrate der Schnittstelle";
+        Rate(name: &'static str) = "{name}", "{name}";
+    }
+}
+
+impl From<Option<BitRate>> for At {
+    fn from(rate: Option<BitRate>) -> Self {
+        rate.map_or(Self::Interface, |rate| Self::Rate(rate.name()))
+    }
+}
+
+texts! {
+    /// When cyclic messages come.
+    Every {
+        Time(ms: f64) = "every {ms} ms", "alle {ms} ms";
+        Unknown = "without a period, so lost samples cannot be counted",
+            "ohne Periode, deshalb werden verlorene Messwerte nicht gezählt";
+    }
+}
+
+impl From<Option<Duration>> for Every {
+    fn from(every: Option<Duration>) -> Self {
+        every.map_or(Self::Unknown, |every| {
+            Self::Time(every.ticks() as f64 / 1000.0)
+        })
+    }
+}
