@@ -1,21 +1,20 @@
-//! The commands `backup` and `set --file`.
+//! The files of `backup` and `set --file`.
 
 use super::replaced;
 use crate::backup::{Backup, write_file};
 use crate::eds::dcf::{self, Commissioning};
 use crate::error::{Error, FileError};
 use crate::identify::Found;
-use crate::note::Note;
-use crate::ops::set;
+use crate::ops::{self, set};
 use crate::output::Terminal;
 use crate::resolve;
 use crate::session::Session;
-use crate::sheet::{Entry, Sheet};
+use crate::sheet::Sheet;
 use serde_json::{Map, Value, json};
 use std::path::{Path, PathBuf};
 
 /// Reads all settings and writes them into a file.
-pub(crate) fn backup(
+pub(super) fn backup(
     session: &mut Session,
     found: &Found,
     path: &Path,
@@ -26,42 +25,8 @@ pub(crate) fn backup(
     if let Some(path) = &configuration {
         replaced(path, terminal)?;
     }
-    let mut backup = Backup::new(&session.sheet, found);
-    let settings: Vec<Entry> = session.sheet.settings().cloned().collect();
-    for entry in settings {
-        match session.read(&entry) {
-            // A device does not need to have all that is in its data sheet.
-            Err(failure @ Error::Refused(_)) if session.sheet.data_sheet.is_some() => {
-                terminal.note(&Note::EntryLeftOut(entry.name.clone(), failure));
-            }
-            raw => {
-                let raw = raw?;
-                backup.values.push((entry, raw));
-            }
-        }
-    }
-    let texts: Vec<Entry> = session.sheet.texts().cloned().collect();
-    for entry in texts {
-        let bytes = match session.read_bytes(&entry) {
-            Err(failure @ Error::Refused(_)) if session.sheet.data_sheet.is_some() => {
-                terminal.note(&Note::EntryLeftOut(entry.name.clone(), failure));
-                continue;
-            }
-            bytes => bytes?,
-        };
-        backup
-            .texts
-            .push((entry.name, String::from_utf8_lossy(&bytes).into_owned()));
-    }
-    if let Some(node) = session.target.node_id() {
-        // The default identifiers in the file belong to the node-ID after the next restart.
-        backup.number_from(node);
-    }
+    let backup = ops::backup::read(session, found, terminal)?;
     backup.write(path)?;
-    let left_out = session.sheet.commands().count();
-    if left_out > 0 {
-        terminal.note(&Note::CommandsLeftOut(left_out));
-    }
     let count = backup.values.len();
     terminal.line(format!("{count} settings are in {}", path.display()))?;
     let mut document = json!({"file": path.display().to_string(), "settings": count});
@@ -72,6 +37,13 @@ pub(crate) fn backup(
         document["dcf"] = json!(shown);
     }
     terminal.document(&document)
+}
+
+/// The settings in a file for this sensor, with the name of the file.
+pub(super) fn read(session: &Session, path: &Path) -> Result<(Backup, String), Error> {
+    let foreign = session.sheet.data_sheet.is_some();
+    let backup = Backup::read_with(path, foreign.then_some(&session.sheet))?;
+    Ok((backup, path.display().to_string()))
 }
 
 /// The path of the Device Configuration File (DCF), which is also written for a CANopen device.

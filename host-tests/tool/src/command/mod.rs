@@ -1,14 +1,13 @@
 //! The commands of the tool, one file for each.
 
 pub mod calibrate;
-pub(crate) mod file;
+mod file;
 mod help;
 pub mod identity;
 mod parameters;
 mod place;
 mod ports;
 mod record;
-pub(crate) mod restore;
 mod watch;
 
 use crate::adapter::unread::Unread;
@@ -220,7 +219,8 @@ fn on_bus(cli: &Cli, bus: &mut Bus, terminal: &mut Terminal) -> Result<(), Error
         Command::Restore { file, only } => {
             let mut labels = bus.labels(terminal);
             bus.with_found(terminal, |session, found, terminal| {
-                let (document, name) = restore::restore(session, found, file, only, terminal)?;
+                let from = file::read(session, file)?;
+                let (document, name) = ops::restore::restore(session, found, from, only, terminal)?;
                 let place = Place::next(session);
                 terminal.note(&place.told(options, session, found));
                 terminal.document(&document)?;
@@ -229,7 +229,8 @@ fn on_bus(cli: &Cli, bus: &mut Bus, terminal: &mut Terminal) -> Result<(), Error
             })
         }
         Command::Diff { file, exit_code } => bus.with(terminal, |session, terminal| {
-            restore::diff(session, file, *exit_code, terminal)
+            let from = file::read(session, file)?;
+            ops::restore::diff(session, from, *exit_code, terminal)
         }),
         Command::Watch {
             names,

@@ -5,7 +5,6 @@ use crate::identify::Found;
 use crate::master::Target;
 use crate::note::Note;
 use crate::ops::{Request, rate};
-use crate::scan::kbits;
 use crate::serve::line;
 use crate::session::Session;
 use plumbline::can::BitRate;
@@ -57,11 +56,10 @@ impl Place {
             ..found.clone()
         };
         let port = options.port.as_deref().unwrap_or_default();
-        let rate = self.rate.map(kbits);
         let eds = options.eds.as_ref().map(|path| path.display().to_string());
         let eds = eds.map(|path| format!("--eds={path}"));
         let product = session.sheet.product.name;
-        let mut words = line::selecting(port, rate.as_ref(), &found, product, eds);
+        let mut words = line::selecting(port, self.rate, &found, product, eds);
         words.push("get".to_owned());
         let line = line::shown(&words);
         match self.after_restart {

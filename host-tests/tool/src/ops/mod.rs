@@ -2,6 +2,7 @@
 
 pub(crate) mod address;
 pub(crate) mod adjust;
+pub(crate) mod backup;
 mod factory;
 pub(crate) mod get;
 pub mod identity;
@@ -10,6 +11,7 @@ pub(crate) mod rate;
 pub(crate) mod raw;
 pub mod report;
 pub mod request;
+pub(crate) mod restore;
 pub(crate) mod set;
 
 use crate::error::Error;

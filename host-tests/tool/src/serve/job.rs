@@ -1,16 +1,22 @@
 //! The jobs of the worker, and what they need.
 
-use super::line::Words;
-use super::sheets::Sheets;
+use super::line::{self, Words};
+use super::sheets::{Kept, Sheets};
 use crate::adapter::Adapter;
-use crate::cli::{Cli, Options};
+use crate::cli::Options;
+use crate::connect::Wanted;
 use crate::error::{Error, PageError};
+use crate::identify;
+use crate::labels::Labels;
 use crate::master::Protocol;
 use crate::ops::Request;
 use crate::question::{Name, Question};
-use clap::Parser;
-use serde::Deserialize;
+use crate::scan::Memory;
+use plumbline::can::BitRate;
+use serde::{Deserialize, Deserializer};
 use serde_json::Value;
+use std::path::Path;
+use std::sync::Arc;
 use tokio::sync::oneshot;
 
 /// Opens the adapter of a port, in the thread of the worker.
@@ -41,9 +47,9 @@ pub enum Part {
 pub struct Connect {
     /// The port of the adapter.
     pub port: String,
-    /// The bit rate in kbit/s; None: the tool finds it.
-    #[serde(default)]
-    pub rate: Option<f64>,
+    /// The bit rate; None: the tool finds it.
+    #[serde(default, deserialize_with = "rate")]
+    pub rate: Option<BitRate>,
     /// Whether something is sent.
     pub mode: Part,
     /// The protocol of the address.
@@ -69,9 +75,7 @@ impl Connect {
         let given = options.sensor.first();
         Self {
             port: options.port.clone().unwrap_or_default(),
-            rate: options
-                .rate
-                .map(|rate| f64::from(rate.bits_per_second()) / 1000.0),
+            rate: options.rate,
             mode: Part::Active,
             protocol: given.map(|(protocol, _)| protocol.name.to_owned()),
             address: given.map(|(_, address)| address.to_owned()),
@@ -81,19 +85,49 @@ impl Connect {
         }
     }
 
+    fn protocol(&self) -> Result<&'static Protocol, Error> {
+        let named = self.protocol.as_deref().and_then(Protocol::named);
+        named.ok_or_else(|| PageError::NoProtocol.into())
+    }
+
+    /// Where the sensor is, with its data sheet. `config` is the folder with the names of sensors.
+    ///
+    /// # Errors
+    /// There is no such product, data sheet or address.
+    pub fn wanted(
+        &self,
+        sheets: &Sheets,
+        config: Option<&Path>,
+        memory: Memory,
+    ) -> Result<(Wanted, Option<Arc<Kept>>), Error> {
+        let named = self.product.as_deref();
+        let kept = sheets.find(named.unwrap_or_default())?;
+        let product = match &kept {
+            Some(kept) => Some(kept.sheet.product),
+            None => named.map(identify::product).transpose()?,
+        };
+        let target = self.address.as_deref();
+        let target = target.map(|address| (self.protocol()?.target)(address));
+        let wanted = Wanted {
+            rate: self.rate,
+            target: target.transpose()?,
+            product,
+            sheet: kept.as_ref().map(|kept| kept.sheet.clone()),
+            labels: Labels::open(config).unwrap_or_default(),
+            memory,
+            ..Wanted::default()
+        };
+        Ok((wanted, kept))
+    }
+
     /// The options of the command line.
     ///
     /// # Errors
     /// There is an address without a protocol, or no such data sheet.
     pub fn words(&self, sheets: &Sheets) -> Result<Words, Error> {
-        let mut words = vec!["--port".to_owned(), self.port.clone()];
-        if let Some(rate) = self.rate {
-            words.extend(["--rate".to_owned(), rate.to_string()]);
-        }
+        let mut words = line::bus(&self.port, self.rate);
         if let Some(address) = &self.address {
-            let protocol = self.protocol.as_deref().and_then(Protocol::named);
-            let protocol = protocol.ok_or(PageError::NoProtocol)?;
-            words.push(format!("{}={address}", protocol.option));
+            words.push(format!("{}={address}", self.protocol()?.option));
         }
         if let Some(product) = &self.product {
             words.push(match sheets.find(product)? {
@@ -111,9 +145,9 @@ impl Connect {
 pub struct Scan {
     /// The port of the adapter.
     pub port: String,
-    /// The bit rate in kbit/s; None: all.
-    #[serde(default)]
-    pub rate: Option<f64>,
+    /// The bit rate; None: all.
+    #[serde(default, deserialize_with = "rate")]
+    pub rate: Option<BitRate>,
     /// The user wants it to ask at other addresses.
     #[serde(default)]
     pub active: bool,
@@ -128,10 +162,7 @@ pub struct Scan {
 impl Scan {
     /// The words of the command line.
     pub fn words(&self) -> Words {
-        let mut words = vec!["--port".to_owned(), self.port.clone()];
-        if let Some(rate) = self.rate {
-            words.extend(["--rate".to_owned(), rate.to_string()]);
-        }
+        let mut words = line::bus(&self.port, self.rate);
         words.push("scan".to_owned());
         for (name, is_wanted) in [("--active", self.active), ("--search", self.search)] {
             if is_wanted {
@@ -213,24 +244,9 @@ pub struct Job {
     pub reply: oneshot::Sender<Result<Value, Error>>,
 }
 
-/// A command of these words. The values of the page are never options.
-///
-/// # Errors
-/// The words are no command.
-pub fn parse(words: &Words) -> Result<Cli, Error> {
-    let all = ["plumbline", "--json"].into_iter().map(str::to_owned);
-    Cli::try_parse_from(all.chain(words.iter().cloned())).map_err(|error| {
-        let text = error.to_string();
-        let line = text.lines().next().unwrap_or_default();
-        PageError::Words(line.trim_start_matches("error: ").to_owned()).into()
-    })
-}
-
-/// The options of these words.
-///
-/// # Errors
-/// The words are no options.
-pub fn options(words: &Words) -> Result<Options, Error> {
-    let all = [words.clone(), vec!["man".to_owned()]].concat();
-    Ok(parse(&all)?.options)
+/// A bit rate in kbit/s.
+fn rate<'de, D: Deserializer<'de>>(from: D) -> Result<Option<BitRate>, D::Error> {
+    let rate = Option::<f64>::deserialize(from)?;
+    let rate = rate.map(|rate| bench::bit_rate(&rate.to_string()));
+    rate.transpose().map_err(serde::de::Error::custom)
 }

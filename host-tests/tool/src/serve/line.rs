@@ -1,7 +1,8 @@
 //! A command as words, and as the line that a user can copy into a shell.
 
 use crate::identify::Found;
-use serde_json::Value;
+use crate::scan::kbits;
+use plumbline::can::BitRate;
 
 /// The words of a command.
 pub type Words = Vec<String>;
@@ -28,18 +29,24 @@ pub fn positional(words: &mut Words, values: &[String]) {
     words.extend_from_slice(values);
 }
 
-/// The options that select a sensor that was found: `rate` is in kbit/s, `eds` the option of its data sheet.
+/// The options that select a bus.
+pub fn bus(port: &str, rate: Option<BitRate>) -> Words {
+    let mut words = vec!["--port".to_owned(), port.to_owned()];
+    if let Some(rate) = rate {
+        words.extend(["--rate".to_owned(), kbits(rate).to_string()]);
+    }
+    words
+}
+
+/// The options that select a sensor that was found: `eds` is the option of its data sheet.
 pub fn selecting(
     port: &str,
-    rate: Option<&Value>,
+    rate: Option<BitRate>,
     found: &Found,
     product: &str,
     eds: Option<String>,
 ) -> Words {
-    let mut words = vec!["--port".to_owned(), port.to_owned()];
-    if let Some(rate) = rate {
-        words.extend(["--rate".to_owned(), rate.to_string()]);
-    }
+    let mut words = bus(port, rate);
     let option = found.target.protocol().option;
     words.extend([option.to_owned(), found.target.address()]);
     if let Some(eds) = eds {

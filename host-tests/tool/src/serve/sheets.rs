@@ -1,7 +1,7 @@
 //! The data sheets (EDS) of a server: the data sheet of the command line, and the data sheets that a page has sent.
 //!
-//! A page uses the key of a data sheet, `eds:1`, where it uses the name of a product. The commands read a copy of the file, and the lines
-//! that they show have the name that the user knows. The server keeps the files until it ends.
+//! A page uses the key of a data sheet, `eds:1`, where it uses the name of a product. The lines of commands have the name of
+//! the file. The server keeps the data sheets until it ends.
 
 use crate::backup::{Backup, product_in};
 use crate::eds;
@@ -10,10 +10,8 @@ use crate::identify;
 use crate::master::Protocol;
 use crate::sheet::Sheet;
 use serde_json::{Value, json};
-use std::io::Write;
 use std::path::Path;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
-use tempfile::NamedTempFile;
 
 /// The longest file of a page, in bytes.
 pub const LONGEST: usize = 1 << 20;
@@ -30,16 +28,9 @@ pub struct Kept {
     pub name: String,
     /// The entries of the data sheet.
     pub sheet: Sheet,
-    /// The copy of the file.
-    file: NamedTempFile,
 }
 
 impl Kept {
-    /// The copy of the file, for commands.
-    pub fn path(&self) -> &Path {
-        self.file.path()
-    }
-
     /// The option that names the file.
     pub fn option(&self) -> String {
         format!("--eds={}", self.name)
@@ -79,7 +70,7 @@ impl Sheets {
     /// The file cannot be read, or is not a data sheet with parameters.
     pub fn read(&self, path: &Path) -> Result<Arc<Kept>, Error> {
         let sheet = eds::read(path)?;
-        self.keep(path.to_string_lossy().into_owned(), sheet)
+        Ok(self.keep(path.to_string_lossy().into_owned(), sheet))
     }
 
     /// Adds a file of a page.
@@ -92,29 +83,23 @@ impl Sheets {
             return Err(bad(Fault::LongerThan1MiB).into());
         }
         let sheet = eds::parse(text.as_bytes()).map_err(bad)?;
-        self.keep(shown(name), sheet)
+        Ok(self.keep(shown(name), sheet))
     }
 
-    fn keep(&self, name: String, sheet: Sheet) -> Result<Arc<Kept>, Error> {
+    fn keep(&self, name: String, sheet: Sheet) -> Arc<Kept> {
         let mut kept = self.kept();
         // The same file has the same product.
         let is_same = |own: &&Arc<Kept>| std::ptr::eq(own.sheet.product, sheet.product);
         if let Some(own) = kept.iter().find(is_same) {
-            return Ok(own.clone());
+            return own.clone();
         }
-        let unwritten = |error: std::io::Error| FileError::Temporary(error.to_string());
-        let mut file = NamedTempFile::with_suffix(".eds").map_err(unwritten)?;
-        let text = sheet.data_sheet.as_ref().map(|own| own.text.clone());
-        file.write_all(text.unwrap_or_default().as_bytes())
-            .map_err(unwritten)?;
         let new = Arc::new(Kept {
             key: format!("{KEY}{}", kept.len() + 1),
             name,
             sheet,
-            file,
         });
         kept.push(new.clone());
-        Ok(new)
+        new
     }
 
     /// The data sheet with this key; None: it is the name of a product.

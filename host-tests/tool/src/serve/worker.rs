@@ -7,7 +7,7 @@ mod unsaved;
 mod which;
 
 use super::events::{Hub, Kind};
-use super::job::{Connect, Job, Opener, Part, Task, options};
+use super::job::{Connect, Job, Opener, Part, Task};
 use super::lease::Lease;
 use super::line::{self, Words};
 use super::live::Live;
@@ -21,10 +21,9 @@ use crate::last::Last;
 use crate::link::Link;
 use crate::output::Terminal;
 use crate::question::Question;
-use crate::scan::{Memory, kbits};
+use crate::scan::Memory;
 use crate::texts::Text;
 use commands::Notes;
-use plumbline::can::BitRate;
 use plumbline::time::{after, millis};
 use report::Reported;
 use serde_json::{Map, Value, json};
@@ -299,7 +298,7 @@ impl Worker {
                 self.wait(asked, failure.questions().to_vec());
             }
         }
-        self.end(number, &shown, &result, notes.all);
+        self.end(number, &shown, result.as_ref().err(), notes.all);
         result
     }
 
@@ -310,10 +309,7 @@ impl Worker {
         notes: &mut Notes,
         memory: Memory,
     ) -> Result<Value, Error> {
-        let options = options(&wanted.words(&self.sheets)?)?;
-        let sheet = self
-            .sheets
-            .find(wanted.product.as_deref().unwrap_or_default())?;
+        let (bus, sheet) = wanted.wanted(&self.sheets, self.config.as_deref(), memory)?;
         let lease = self.lease(&wanted.port)?;
         lease.with_tap(|tap| tap.clear());
         self.hub.publish(Kind::Frames, &json!([]));
@@ -331,7 +327,7 @@ impl Worker {
         };
         if wanted.mode == Part::Listen {
             let mut link = Link::new(Box::new(lease.clone()), &terminal.stopped);
-            let rate = match options.rate {
+            let rate = match wanted.rate {
                 None if lease.capabilities().needs_rate => {
                     let heard = connect::traffic(&mut link, &mut terminal)?;
                     heard.map(|heard| heard.rate).ok_or(Silence::PageTraffic)?
@@ -340,11 +336,10 @@ impl Worker {
             };
             link.open(rate, Mode::Listen)?;
             lease.keep();
-            self.selection = selection(&wanted.port, rate);
+            self.selection = line::bus(&wanted.port, rate);
             self.state = State::Listening(link);
             return Ok(json!({}));
         }
-        let bus = which::bus(&options, sheet.as_deref(), self.config.as_deref(), memory)?;
         let opened = connect::session(Box::new(lease.clone()), &bus, &mut terminal);
         let (session, found) = match opened {
             // The page asks the user, and tries again.
@@ -356,10 +351,10 @@ impl Worker {
         self.given = Some(wanted.clone());
         Last::open(self.config.as_deref()).keep(&wanted.port, session.link.rate(), session.target);
         lease.keep();
-        let rate = session.link.rate().map(kbits);
+        let rate = session.link.rate();
         let product = session.sheet.product.name;
         let eds = sheet.as_ref().map(|kept| kept.option());
-        self.selection = line::selecting(&wanted.port, rate.as_ref(), &found, product, eds);
+        self.selection = line::selecting(&wanted.port, rate, &found, product, eds);
         self.sheet = sheet;
         let number = self.number(&found);
         let live = Live::new(session, (found, number), lease, self.samples)?;
@@ -369,15 +364,6 @@ impl Worker {
         self.refresh()?;
         Ok(device)
     }
-}
-
-/// The options that select a bus.
-fn selection(port: &str, rate: Option<BitRate>) -> Words {
-    let mut words = vec!["--port".to_owned(), port.to_owned()];
-    if let Some(rate) = rate {
-        words.extend(["--rate".to_owned(), kbits(rate).to_string()]);
-    }
-    words
 }
 
 /// The time in ms since 1970.

@@ -50,7 +50,7 @@ pub(super) async fn ports(State(app): State<Arc<App>>) -> Answer {
         "rates": rates,
         "first": {
             "port": port.unwrap_or_default(),
-            "rate": first.rate,
+            "rate": first.rate.map(kbits),
             "protocol": first.protocol,
             "address": first.address,
             "product": first.product,

@@ -2,8 +2,8 @@
 
 use super::which::{Answers, on_request};
 use super::{Live, State, Worker, now};
-use crate::backup::Backup;
 use crate::error::{Asks, Error, FileError, Kind as Refusal, PageError, RequestError, SensorError};
+use crate::identify;
 use crate::labels::Labels;
 use crate::ops::report::{Adjusted, Values};
 use crate::ops::{self, Report, Request};
@@ -16,44 +16,32 @@ use crate::serve::job::Scan;
 use crate::serve::line::{self, Words};
 use crate::sheet::Address;
 use crate::texts::Text;
-use crate::{command, identify};
-use bench::bit_rate;
 use plumbline::param::DataType;
 use serde_json::{Value, json};
-use std::io::Write;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
 impl Worker {
     /// Reads all settings into a file.
     pub(super) fn backup(&mut self) -> Result<Value, Error> {
-        // A folder of its own: the backup of a CANopen sensor is two files.
-        let folder = tempfile::tempdir().map_err(unwritten)?;
-        let file = folder.path().join("backup.toml");
         let read = self.on_sensor(words(["backup", "FILE.toml"]), |live, terminal| {
             identify::same(&mut live.session, &live.found)?;
-            command::file::backup(&mut live.session, &live.found, &file, terminal)
+            ops::backup::read(&mut live.session, &live.found, terminal)
         });
         self.follow(&read)?;
-        read?;
-        let sheet = self.sheet.as_ref().map(|kept| &kept.sheet);
-        let backup = Backup::read_with(&file, sheet)?;
-        Ok(document(&backup, &self.sheets))
+        Ok(document(&read?, &self.sheets))
     }
 
     /// Finds sensors. A question of the scan without a yes goes back to the page, which asks the user, and scans again from there: if the
     /// user wants to ask, if there is no traffic, or if something was heard that can be a sensor.
     pub(super) fn scan(&mut self, wanted: &Scan) -> Result<Value, Error> {
-        let rate = wanted.rate.map(|rate| bit_rate(&rate.to_string()));
-        let rate = rate.transpose();
-        let rate = rate.map_err(PageError::Words)?;
         self.error = None;
         self.close()?;
         let lease = self.lease(&wanted.port)?;
         let words = wanted.words();
         let asked = self.asked(&words, &wanted.yes);
         let options = scan::Options {
-            rate,
+            rate: wanted.rate,
             active: wanted.active,
             search: wanted.search,
             memory: asked.memory.clone(),
@@ -90,7 +78,7 @@ impl Worker {
             }
             false => result,
         };
-        self.end(number, &words, &result, notes.all);
+        self.end(number, &words, result.as_ref().err(), notes.all);
         result
     }
 
@@ -137,7 +125,7 @@ impl Worker {
             Some(Report::Written { values, .. }) if self.is_plain(&values) => self.take(values),
             Some(Report::Adjusted(adjusted)) => self.adjusted(adjusted),
             Some(_) if *request == Request::Save => self.take(Values::default()),
-            Some(_) if matches!(request, Request::Rate { .. }) => self.moved()?,
+            Some(_) if matches!(request, Request::Rate { .. }) => self.again()?,
             _ => self.follow(&result)?,
         }
         result
@@ -216,8 +204,7 @@ impl Worker {
         let own = self.sheet.as_ref().map(|kept| kept.key.as_str());
         let read = self.sheets.backup(text, own);
         let backup = read.map_err(FileError::Fault)?;
-        let mut file = tempfile::NamedTempFile::new().map_err(unwritten)?;
-        file.write_all(text.as_bytes()).map_err(unwritten)?;
+        let in_file = backup.label.clone();
         let mut shown = words(["restore"]);
         line::positional(&mut shown, &[name.to_owned()]);
         if !only.is_empty() {
@@ -232,7 +219,7 @@ impl Worker {
             let (session, found) = (&mut live.session, &live.found);
             identify::same(session, found)?;
             let (document, name) =
-                command::restore::restore(session, found, file.path(), only, terminal)?;
+                ops::restore::restore(session, found, (backup, name.to_owned()), only, terminal)?;
             let mut labels = Labels::open(config.as_deref()).unwrap_or_default();
             ops::label::take_over(&mut labels, found, name.as_deref(), terminal);
             live.found.label = labels.name(&live.found);
@@ -243,7 +230,7 @@ impl Worker {
         }
         self.follow(&result)?;
         let restored = result?;
-        if let Some(label) = backup.label.filter(|_| label) {
+        if let Some(label) = in_file.filter(|_| label) {
             self.perform(&Request::Label {
                 name: Some(label),
                 remove: false,
@@ -253,7 +240,7 @@ impl Worker {
     }
 
     /// Does something with the sensor of the session; the page shows its line, notes and result.
-    fn on_sensor<T: Into<Value> + Clone>(
+    fn on_sensor<T>(
         &mut self,
         words: Words,
         run: impl FnOnce(&mut Live, &mut Terminal) -> Result<T, Error>,
@@ -282,8 +269,7 @@ impl Worker {
         for note in live.session.notes.drain(..) {
             terminal.note(&note);
         }
-        let document = result.clone().map(Into::into);
-        self.end(number, &shown, &document, notes.all);
+        self.end(number, &shown, result.as_ref().err(), notes.all);
         // What follows shows the state of the sensor, also after a stop.
         self.stop.store(false, Ordering::Relaxed);
         result
@@ -297,7 +283,7 @@ impl Worker {
         match result {
             Err(Error::Sensor(SensorError::Other(_))) => {
                 // The page shows it: it is told apart by its number.
-                let _ = self.again(|_| {});
+                let _ = self.again();
                 return Ok(());
             }
             // Nothing was sent that changes something.
@@ -309,7 +295,7 @@ impl Worker {
         }
         let is_kept = self.port.as_ref().is_some_and(|(_, lease)| lease.is_kept());
         if !is_kept || live.session.target.address() != live.found.target.address() {
-            let moved = self.moved();
+            let moved = self.again();
             return if result.is_ok() { moved } else { Ok(()) };
         }
         let resumed = live.resume();
@@ -322,19 +308,6 @@ impl Worker {
         Ok(())
     }
 
-    /// Connects again where an operation has brought the sensor.
-    fn moved(&mut self) -> Result<(), Error> {
-        let State::Active(live) = &self.state else {
-            return Ok(());
-        };
-        let (rate, target) = (live.session.link.rate(), live.session.target);
-        self.again(|wanted| {
-            let rate = rate.map(|rate| f64::from(rate.bits_per_second()) / 1000.0);
-            wanted.rate = rate.or(wanted.rate);
-            wanted.address = Some(target.address());
-        })
-    }
-
     /// The sensor answers again after a silence.
     pub(super) fn returned(&mut self) -> Result<(), Error> {
         let State::Active(live) = &mut self.state else {
@@ -344,7 +317,7 @@ impl Worker {
             Err(failure) if failure.kind() == Refusal::Bus => return Err(failure),
             Err(Error::Sensor(SensorError::Other(_))) => {
                 // It was exchanged. If that cannot be shown, the connection has ended.
-                let _ = self.again(|_| {});
+                let _ = self.again();
                 return Ok(());
             }
             _ => live.resume()?,
@@ -403,19 +376,19 @@ impl Worker {
         &mut self,
         number: u64,
         shown: &Words,
-        result: &Result<Value, Error>,
+        failure: Option<&Error>,
         notes: Vec<Value>,
     ) {
         self.busy = None;
         let mut event = json!({
             "n": number, "at": now(), "line": line::shown(shown), "notes": notes,
-            "state": match result {
-                Ok(_) => "done",
-                Err(failure) if !failure.questions().is_empty() => "asks",
-                Err(_) => "failed",
+            "state": match failure {
+                None => "done",
+                Some(failure) if !failure.questions().is_empty() => "asks",
+                Some(_) => "failed",
             },
         });
-        if let Err(failure) = result {
+        if let Some(failure) = failure {
             tell(&mut event, failure);
         }
         self.hub.publish(Kind::Action, &event);
@@ -424,10 +397,6 @@ impl Worker {
 
 fn words<const N: usize>(texts: [&str; N]) -> Words {
     texts.map(str::to_owned).to_vec()
-}
-
-fn unwritten(error: std::io::Error) -> Error {
-    FileError::Temporary(error.to_string()).into()
 }
 
 /// The progress of a command: each step is an event.

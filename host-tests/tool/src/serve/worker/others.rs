@@ -1,7 +1,7 @@
 //! More sensors on the bus of the session, whose angles the chart shows beside those of its sensor. Commands do not reach them. They end with
 //! the connection.
 
-use super::which::{Answers, bus, on_request};
+use super::which::{Answers, on_request};
 use super::{Live, State, Worker};
 use crate::connect;
 use crate::error::{Asks, Error, Kind as Refusal, PageError, SensorError};
@@ -10,7 +10,7 @@ use crate::output::Terminal;
 use crate::question::Question;
 use crate::scan::Memory;
 use crate::serve::events::Kind;
-use crate::serve::job::{Chart, Connect, Other, Part, options};
+use crate::serve::job::{Chart, Connect, Other, Part};
 use plumbline::time::Instant;
 use serde_json::{Value, json};
 
@@ -45,7 +45,7 @@ impl Worker {
         let rate = live.session.link.rate();
         let wanted = Connect {
             port,
-            rate: rate.map(|rate| f64::from(rate.bits_per_second()) / 1000.0),
+            rate,
             mode: Part::Active,
             protocol: Some(other.protocol.clone()),
             address: Some(other.address.clone()),
@@ -54,16 +54,7 @@ impl Worker {
             names: Vec::new(),
         };
         let words = wanted.words(&self.sheets)?;
-        let options = options(&words)?;
-        let sheet = self
-            .sheets
-            .find(wanted.product.as_deref().unwrap_or_default())?;
-        let bus = bus(
-            &options,
-            sheet.as_deref(),
-            self.config.as_deref(),
-            Memory::default(),
-        )?;
+        let (bus, _) = wanted.wanted(&self.sheets, self.config.as_deref(), Memory::default())?;
         let shown = [words, vec!["watch".to_owned()]].concat();
         let number = self.begin(&shown);
         let mut notes = self.notes(number);
@@ -93,8 +84,7 @@ impl Worker {
             }
             added => added.map_err(on_request),
         };
-        let result = added.as_ref().map(|_| json!({})).map_err(Clone::clone);
-        self.end(number, &shown, &result, notes.all);
+        self.end(number, &shown, added.as_ref().err(), notes.all);
         self.others.push(added?);
         Ok(())
     }

@@ -2,17 +2,12 @@
 //! has another address.
 
 use super::{State, Worker};
-use crate::cli::Options;
-use crate::connect;
 use crate::error::{Error, PageError};
-use crate::identify::{self, Found};
-use crate::labels::Labels;
+use crate::identify::Found;
 use crate::question::Question;
 use crate::scan::Memory;
-use crate::serve::job::{Connect, options};
+use crate::serve::job::Connect;
 use crate::serve::line::Words;
-use crate::serve::sheets::Kept;
-use std::path::Path;
 use std::rc::Rc;
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
@@ -43,21 +38,29 @@ impl Worker {
         }
     }
 
-    /// Connects again to the sensor: it has another address, or another sensor is at its address.
-    pub(super) fn again(&mut self, change: impl FnOnce(&mut Connect)) -> Result<(), Error> {
-        let Some((port, _)) = &self.port else {
+    /// Connects again where the sensor is now, or where another one is.
+    pub(super) fn again(&mut self) -> Result<(), Error> {
+        let (State::Active(live), Some((port, _)), Some(given)) =
+            (&self.state, &self.port, &self.given)
+        else {
             return Ok(());
         };
-        let mut wanted = Connect::of(&options(&self.selection)?);
-        wanted.port = port.clone();
-        if let Some(given) = &self.given {
-            // The same question about the same sensor is not asked again.
-            (wanted.yes, wanted.names) = (given.yes.clone(), given.names.clone());
-        }
-        if let Some(kept) = &self.sheet {
-            wanted.product = Some(kept.key.clone());
-        }
-        change(&mut wanted);
+        let target = live.session.target;
+        let own = live.session.sheet.product.name;
+        let is_told = live.found.product().is_some_and(|told| told.name == own);
+        let product = match &self.sheet {
+            Some(kept) => Some(kept.key.clone()),
+            None => (!is_told).then(|| own.to_owned()),
+        };
+        // The same question about the same sensor is not asked again.
+        let wanted = Connect {
+            port: port.clone(),
+            rate: live.session.link.rate(),
+            protocol: Some(target.protocol().name.to_owned()),
+            address: Some(target.address()),
+            product,
+            ..given.clone()
+        };
         self.connect(&wanted).map(|_| ())
     }
 
@@ -66,32 +69,6 @@ impl Worker {
         let stop = self.stop.clone();
         Rc::new(move || stop.load(Ordering::Relaxed))
     }
-}
-
-/// Where a sensor is, from the options of a request.
-pub(super) fn bus(
-    options: &Options,
-    sheet: Option<&Kept>,
-    config: Option<&Path>,
-    memory: Memory,
-) -> Result<connect::Wanted, Error> {
-    Ok(connect::Wanted {
-        listens: false,
-        rate: options.rate,
-        is_remembered: false,
-        target: options.sensor.target()?,
-        product: match sheet {
-            Some(kept) => Some(kept.sheet.product),
-            None => options
-                .product
-                .as_deref()
-                .map(identify::product)
-                .transpose()?,
-        },
-        sheet: sheet.map(|kept| kept.sheet.clone()),
-        labels: Labels::open(config).unwrap_or_default(),
-        memory,
-    })
 }
 
 /// How long what was heard before a question counts after it.

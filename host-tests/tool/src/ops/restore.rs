@@ -1,12 +1,12 @@
 //! `restore` and `diff`: the settings of a file and the settings of the sensor.
 
+use super::set::{acts_later, constrain, write};
+use super::{address, adjust};
 use crate::backup::Backup;
 use crate::error::{Error, FileError, NumberError, SensorError};
 use crate::identify::Found;
 use crate::master::Storing;
 use crate::note::Note;
-use crate::ops::set::{acts_later, constrain, write};
-use crate::ops::{address, adjust};
 use crate::output::Terminal;
 use crate::plan;
 use crate::question::Change;
@@ -14,7 +14,6 @@ use crate::resolve;
 use crate::session::Session;
 use crate::sheet::Entry;
 use serde_json::{Map, Value, json};
-use std::path::Path;
 
 /// A setting whose value in the file differs.
 struct Difference {
@@ -64,10 +63,7 @@ fn take_resolution(session: &mut Session, backup: &mut Backup) -> Result<(), Err
 
 /// The settings of a file of this product, with the default identifiers of the node-ID that the sensor has now. A file without resolution
 /// has the resolution of the sensor.
-fn read(session: &mut Session, path: &Path) -> Result<Backup, Error> {
-    let foreign = session.sheet.data_sheet.is_some();
-    let foreign = foreign.then_some(&session.sheet);
-    let mut backup = Backup::read_with(path, foreign)?;
+fn fitting(session: &mut Session, mut backup: Backup) -> Result<Backup, Error> {
     let (own, wanted) = (session.sheet.product, backup.sheet.product);
     if own.name != wanted.name {
         return Err(FileError::OtherProduct(wanted.name, own.name).into());
@@ -114,25 +110,24 @@ fn document(differences: &[Difference]) -> Value {
 }
 
 /// Prints the settings of a file that differ from the sensor. With `exit_code` a difference is a failure.
-pub(super) fn diff(
+pub(crate) fn diff(
     session: &mut Session,
-    path: &Path,
+    (backup, file): (Backup, String),
     exit_code: bool,
     terminal: &mut Terminal,
 ) -> Result<(), Error> {
-    let backup = read(session, path)?;
+    let backup = fitting(session, backup)?;
     let differences = differences(session, &backup)?;
     if differences.is_empty() {
-        terminal.line(format!("the sensor has the settings of {}", path.display()))?;
+        terminal.line(format!("the sensor has the settings of {file}"))?;
     }
     show(&differences, terminal)?;
     terminal.document(&document(&differences))?;
     match differences.len() {
-        count @ 1.. if exit_code => Err(Error::from(SensorError::Different(
-            count,
-            path.display().to_string(),
-        ))
-        .after_document()),
+        count @ 1.. if exit_code => {
+            let different = SensorError::Different(count, file);
+            Err(Error::from(different).after_document())
+        }
         _ => Ok(()),
     }
 }
@@ -142,11 +137,11 @@ pub(super) fn diff(
 pub(crate) fn restore(
     session: &mut Session,
     found: &Found,
-    path: &Path,
+    (backup, file): (Backup, String),
     only: &[String],
     terminal: &mut Terminal,
 ) -> Result<(Value, Option<String>), Error> {
-    let mut backup = read(session, path)?;
+    let mut backup = fitting(session, backup)?;
     if !only.is_empty() {
         let mut wanted = Vec::new();
         for name in only {
@@ -173,10 +168,7 @@ pub(crate) fn restore(
     let found_differences = differences(session, &backup)?;
     // Settings are restored also if nobody reads the output.
     let _ = match found_differences.is_empty() {
-        true => terminal.line(format!(
-            "the sensor has the settings of {} already",
-            path.display()
-        )),
+        true => terminal.line(format!("the sensor has the settings of {file} already")),
         false => show(&found_differences, terminal),
     };
     let values_of = |differences: &[Difference]| -> plan::Values {
