@@ -9,7 +9,7 @@
 //! result: 0 done, 1 refused or failed.
 
 use plumbline::j1939::diagnostics::Code;
-use plumbline::j1939::signal::{Contents, Group, Signal};
+use plumbline::j1939::signal::{self, Contents, Field, Group, Signal};
 use plumbline::j1939::{Conditions, J1939Node, Product, Sent, Timer, name};
 use plumbline::model::listing::{self, Article, Guide};
 use plumbline::node::Context;
@@ -91,11 +91,14 @@ const SLOPE_GROUP: Group = Group::new(
     ],
 );
 
+static FIELDS: [Field; 2] = signal::fields(SLOPE_GROUP.signals);
+
 /// The data of the group: a slope that is not measured is not available.
 fn group(node: &Context<Slope>) -> [u8; 8] {
     let defective = node.values.faults().intersects(Faults::SENSOR);
     let [slope] = node.values.numbers;
-    SLOPE_GROUP.data(&[(!defective).then_some(slope), Some(defective.into())])
+    let numbers = [(!defective).then_some(slope), Some(defective.into())];
+    signal::data(&FIELDS, numbers)
 }
 
 impl Product for Mast {

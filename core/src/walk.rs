@@ -44,6 +44,17 @@ pub(crate) const fn put<T: Copy>(items: &mut [T], place: usize, item: T) {
     items[place] = item;
 }
 
+/// Whether two names are the same.
+pub(crate) const fn equal(one: &str, other: &str) -> bool {
+    let (one, other) = (one.as_bytes(), other.as_bytes());
+    each!(place, letter in one => {
+        if one.len() != other.len() || *at(other, place) != *letter {
+            return false;
+        }
+    });
+    one.len() == other.len()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -19,13 +19,14 @@
 //! - each sub-index of 1010h and 1011h has a group of parameters, the groups do not overlap, and each stored parameter is in one;
 //! - each quantity has an object.
 
+mod faults;
 mod groups;
 mod identifiers;
 mod pdo;
 
 use super::consumer::Consumers;
 use super::dictionary::{Object, Service, Target, Use, mistake_at, object_at};
-use super::emcy::{Cause, History};
+use super::emcy::History;
 use super::feature::Feature;
 use super::lss::{LssTable, UNCONFIGURED};
 use super::own::Read;
@@ -79,12 +80,7 @@ pub const fn check<P: Product>() {
     identifiers::check_lss_rates(P::LSS_TABLES, P::BIT_RATES, bit_rate);
     groups::check(P::OBJECTS, P::GROUPS, parameters);
     check_values(P::OBJECTS, quantities, P::HOSTED.is_some());
-    each!(place, event in P::EVENTS => {
-        Mistake::row("event", place).unless(
-            matches!(event.cause, Cause::Overrun | Cause::BusOff),
-            "its cause is `Overrun` or `BusOff`",
-        );
-    });
+    faults::check(&P::FAULTS, P::EVENTS);
 }
 
 /// Checks that each own object of the dictionary has its functions.

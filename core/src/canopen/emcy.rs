@@ -13,6 +13,7 @@
 //! is sent. Only the beginning is stored in the history.
 
 use crate::application::Faults;
+use crate::mistake::Origin;
 use crate::time::{Deadline, Duration, Instant};
 use crate::walk::{each, put};
 use heapless::Deque;
@@ -47,6 +48,8 @@ pub struct FaultBit {
     pub code: u16,
     /// Its bits in the error register, besides bit 0 (generic error).
     pub register: u8,
+    /// The line of the row, for the message of a mistake.
+    pub origin: Origin,
 }
 
 impl FaultBit {
@@ -56,6 +59,7 @@ impl FaultBit {
         cause: Cause::Never,
         code: 0,
         register: 0,
+        origin: Origin::here(),
     };
 }
 
@@ -93,12 +97,14 @@ pub const CIA_301: [FaultBit; 8] = [
 ];
 
 /// A fault that is announced with this code.
+#[track_caller]
 pub const fn fault(name: &'static str, cause: Cause, code: u16, register: u8) -> FaultBit {
     FaultBit {
         name,
         cause,
         code,
         register,
+        origin: Origin::here(),
     }
 }
 
@@ -116,11 +122,7 @@ pub(super) const fn faults(bits: &[FaultBit; 8]) -> [Fault; 8] {
         register: 0,
     }; 8];
     each!(place, FaultBit { code, register, .. } in bits => {
-        let fault = Fault {
-            code: *code,
-            register: *register,
-        };
-        put(&mut faults, place, fault);
+        put(&mut faults, place, Fault { code: *code, register: *register });
     });
     faults
 }
@@ -157,17 +159,18 @@ pub(super) const fn bits_of(bits: &[FaultBit; 8], cause: Cause) -> u8 {
     mask
 }
 
-pub(super) const fn event_of(events: &[FaultBit], cause: Cause) -> Option<FaultBit> {
-    each!(event in events => {
-        if is_same(event.cause, cause) {
-            return Some(*event);
+/// The event with this cause.
+pub(super) const fn event_of(events: &[FaultBit], cause: Cause) -> Option<Fault> {
+    each!(FaultBit { cause: own, code, register, .. } in events => {
+        if is_same(*own, cause) {
+            return Some(Fault { code: *code, register: *register });
         }
     });
     None
 }
 
 /// Whether both are the same cause, which is not [`Cause::Application`].
-const fn is_same(one: Cause, other: Cause) -> bool {
+pub(super) const fn is_same(one: Cause, other: Cause) -> bool {
     matches!(
         (one, other),
         (Cause::Memory, Cause::Memory)
@@ -388,7 +391,7 @@ impl<H: History> Emergency<H> {
 
     /// A momentary fault without a bit in the status byte: queues the error, then the error reset. If the queue has no room for both
     /// messages, only the history has the fault, so that it does not displace the message of a lasting fault.
-    pub fn momentary(&mut self, event: &FaultBit) {
+    pub fn momentary(&mut self, event: Fault) {
         self.history
             .push(u32::from(self.active) << 16 | u32::from(event.code));
         if self.waiting.len() + 2 <= WAITING {

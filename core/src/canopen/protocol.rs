@@ -2,7 +2,7 @@
 
 use super::cob_id;
 use super::consumer::Consumers;
-use super::emcy::{self, Cause, Emergency, FaultBit};
+use super::emcy::{self, Cause, Emergency, Fault};
 use super::feature::{Feature, Initial};
 use super::guarding::Guarding;
 use super::nmt::State;
@@ -80,8 +80,8 @@ impl<P: Product> Services<P> {
     pub(super) const PASSIVE: u8 = emcy::bits_of(&P::FAULTS, Cause::Passive);
     pub(super) const GUARDING: u8 = emcy::bits_of(&P::FAULTS, Cause::Guarding);
     const BUS_OFF: u8 = emcy::bits_of(&P::FAULTS, Cause::BusOff);
-    const OVERRUN_EVENT: Option<FaultBit> = emcy::event_of(P::EVENTS, Cause::Overrun);
-    const BUS_OFF_EVENT: Option<FaultBit> = emcy::event_of(P::EVENTS, Cause::BusOff);
+    const OVERRUN_EVENT: Option<Fault> = emcy::event_of(P::EVENTS, Cause::Overrun);
+    const BUS_OFF_EVENT: Option<Fault> = emcy::event_of(P::EVENTS, Cause::BusOff);
     const CAUSES: emcy::Causes = emcy::causes(&P::FAULTS);
     /// The bits that faults of the application cause.
     const APPLICATION: u8 = emcy::caused(Self::CAUSES, Faults(u16::MAX));
@@ -208,7 +208,7 @@ impl<P: Product> Protocol<P::Application> for Canopen<P> {
         };
         match change {
             BusChange::Overrun => match Services::<P>::OVERRUN_EVENT {
-                Some(event) => emergency.momentary(&event),
+                Some(event) => emergency.momentary(event),
                 None => emergency.event(Services::<P>::OVERRUN),
             },
             BusChange::State if cx.shell.bus_state() != BusState::BusOff => {
@@ -216,7 +216,7 @@ impl<P: Product> Protocol<P::Application> for Canopen<P> {
             }
             BusChange::Recovered => {
                 match Services::<P>::BUS_OFF_EVENT {
-                    Some(event) => emergency.momentary(&event),
+                    Some(event) => emergency.momentary(event),
                     None => emergency.event(Services::<P>::BUS_OFF),
                 }
                 emergency.update(Services::<P>::PASSIVE, passive);

@@ -16,7 +16,7 @@ use crate::mistake::Mistake;
 use crate::param::projection::{check_quantities, exists, highest};
 use crate::param::{Parameter, ParameterId, Setting, Table};
 use crate::store::unit::NAME;
-use crate::walk::{at, each};
+use crate::walk::{at, each, equal};
 
 /// The proof that the tables of a product were checked.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -68,7 +68,7 @@ pub(super) const fn check_groups(groups: &[Group]) {
             group.pgn & 0xFF00 > PROPRIETARY_A,
             "a group with this number (PF below F0h) is not sent to all nodes",
         );
-        mistake.unless(!group.name.is_empty(), "the name is empty");
+        mistake.unless(is_identifier(group.name), NAME_OF_DATABASE);
         each!(own in &PROTOCOL => {
             mistake.unless(*own != group.pgn, "the protocol itself has this group");
         });
@@ -86,7 +86,7 @@ const fn check_signals(group: &Group) {
     each!(place, signal in group.signals => {
         let mistake = signal.mistake(group);
         let before = group.signals.split_at(place).0;
-        mistake.unless(!signal.name.is_empty(), "the name is empty");
+        mistake.unless(is_identifier(signal.name), NAME_OF_DATABASE);
         mistake.unless(signal.bits >= 1, "the signal has no bits");
         field(mistake, signal);
         let bits = u64::MAX >> (64 - signal.bits as u32) << signal.start;
@@ -115,15 +115,17 @@ const fn check_signals(group: &Group) {
     });
 }
 
-/// Whether two names are the same.
-const fn equal(one: &str, other: &str) -> bool {
-    let (one, other) = (one.as_bytes(), other.as_bytes());
-    each!(place, letter in one => {
-        if one.len() != other.len() || *at(other, place) != *letter {
+const NAME_OF_DATABASE: &str =
+    "a name in the database has up to 32 letters, digits and `_`, and begins with a letter";
+
+/// Whether a name can be that of a message or of a signal in a database (DBC).
+const fn is_identifier(name: &str) -> bool {
+    each!(letter in name.as_bytes() => {
+        if !(letter.is_ascii_alphanumeric() || *letter == b'_') {
             return false;
         }
     });
-    one.len() == other.len()
+    name.len() <= 32 && matches!(name.as_bytes(), [first, ..] if first.is_ascii_alphabetic())
 }
 
 /// Whether one of these signals is the value of a source.

@@ -100,7 +100,7 @@ pub enum Contents {
         /// The unit of resolution and offset.
         unit: &'static str,
     },
-    /// A number of the product, which the function of the group passes to [`Group::data`]; [`compose`] sends ones.
+    /// A number of the product, which the function of the group passes to [`data`]; [`compose`] sends ones.
     Own {
         /// The value of one bit in `unit`, as a fraction.
         resolution: (u64, u64),
@@ -165,21 +165,6 @@ impl Group {
     pub(super) const fn mistake(&self) -> Mistake<'_> {
         Mistake::group(self.pgn, self.name).at(self.origin)
     }
-
-    /// The data of a group with numbers of the product, for [`Contents::Own`]. The numbers are in the order of the signals, each in the
-    /// resolution of its signal. A number that is None or beyond the valid range is sent as ones: not available. Bits without a signal
-    /// are 1.
-    pub fn data(&self, numbers: &[Option<i32>]) -> [u8; 8] {
-        let mut data = u64::MAX;
-        for (signal, number) in self.signals.iter().zip(numbers) {
-            if let Some(raw) = number.and_then(|number| signal.raw(number)) {
-                let ones = u64::MAX.unbounded_shr(64_u32.wrapping_sub(signal.bits.into()));
-                let start = u32::from(signal.start);
-                data &= !ones.unbounded_shl(start) | raw.unbounded_shl(start);
-            }
-        }
-        data.to_le_bytes()
-    }
 }
 
 impl Signal {
@@ -206,26 +191,6 @@ impl Signal {
     pub(super) const fn mistake<'a>(&'a self, group: &'a Group) -> Mistake<'a> {
         Mistake::signal(group.pgn, group.name, self.name).at(self.origin)
     }
-
-    /// The raw number of a number of the product.
-    fn raw(&self, number: i32) -> Option<u64> {
-        let Contents::Own {
-            resolution: (value, divisor),
-            offset,
-            ..
-        } = self.contents
-        else {
-            return None;
-        };
-        let zero = i64::from(offset).checked_mul(divisor as i64)?;
-        let raw = i64::from(number).checked_sub(zero.checked_div(value as i64)?)?;
-        // FAh in the most significant byte is the last valid value; in shorter numbers all values are valid.
-        let valid = match self.bits.checked_sub(8) {
-            Some(low) => 0xFB_u64.unbounded_shl(low.into()),
-            None => 1 << self.bits,
-        };
-        u64::try_from(raw).ok().filter(|raw| *raw < valid)
-    }
 }
 
 /// The fraction bits of [`Field::scale`].
@@ -236,6 +201,7 @@ const FRACTION: u32 = 24;
 pub struct Field {
     /// Number of the source: the raw number is its product with this, divided by 2^24, plus `offset`. 0 for another kind.
     scale: i32,
+    /// The raw number of the value 0.
     offset: i32,
     start: u8,
     bits: u8,
@@ -247,15 +213,17 @@ pub struct Field {
 #[repr(u8)]
 enum Kind {
     Value,
+    Own,
     Merit,
     Latency,
     Ones,
 }
 
-/// Projects the signals of a group. A signal that does not fit into the frame, or whose scale has more than 31 bits, is a compile
-/// error.
+/// Projects the signals of a group. Another number of signals, a signal that does not fit into the frame, or whose scale has more than 31
+/// bits, is a compile error.
 #[track_caller]
 pub const fn fields<const N: usize>(signals: &[Signal]) -> [Field; N] {
+    Mistake::item("fields").unless(signals.len() == N, "there is one for each signal");
     let mut fields = [Field {
         scale: 0,
         offset: 0,
@@ -275,6 +243,7 @@ pub(super) const fn field(mistake: Mistake, signal: &Signal) -> Field {
         signal.start as u32 + signal.bits as u32 <= 64,
         "the signal does not fit into the frame",
     );
+    mistake.unless(signal.bits <= 32, "a signal has at most 32 bits");
     let (kind, source, scale, offset) = match signal.contents {
         Contents::Value {
             source,
@@ -282,27 +251,20 @@ pub(super) const fn field(mistake: Mistake, signal: &Signal) -> Field {
             offset,
             ..
         } => {
-            mistake.unless(
-                signal.bits >= 8 && signal.bits <= 32,
-                "a value has 8 to 32 bits",
-            );
-            mistake.unless(value > 0 && divisor > 0, "the resolution is no fraction");
+            mistake.unless(signal.bits >= 8, "a value has 8 to 32 bits");
+            mistake.unless(value > 0 && divisor > 0, NO_FRACTION);
             let (unit, part) = unit_of(source);
             let (high, low) = ((unit * divisor) << FRACTION, part * value);
             let scale = (high + low / 2) / low;
             mistake.unless(scale < 1 << 31, "the resolution is too fine");
-            let zero = -(offset as i64) * divisor as i64 / value as i64;
-            (Kind::Value, source as u8, scale as i32, zero as i32)
+            let zero = zero(mistake, (value, divisor), offset);
+            (Kind::Value, source as u8, scale as i32, zero)
         }
         Contents::Merit(source) => (Kind::Merit, source as u8, 0, 0),
         Contents::Latency => (Kind::Latency, 0, 0, 0),
         Contents::Own {
-            resolution: (value, divisor),
-            ..
-        } => {
-            mistake.unless(value > 0 && divisor > 0, "the resolution is no fraction");
-            (Kind::Ones, 0, 0, 0)
-        }
+            resolution, offset, ..
+        } => (Kind::Own, 0, 0, zero(mistake, resolution, offset)),
         Contents::Compensation | Contents::UnknownLatency => (Kind::Ones, 0, 0, 0),
     };
     Field {
@@ -313,6 +275,32 @@ pub(super) const fn field(mistake: Mistake, signal: &Signal) -> Field {
         kind,
         source,
     }
+}
+
+const NO_FRACTION: &str = "the resolution is no fraction";
+
+/// The raw number of the value 0.
+#[track_caller]
+const fn zero(mistake: Mistake, (value, divisor): (u64, u64), offset: i32) -> i32 {
+    mistake.unless(value > 0 && divisor > 0, NO_FRACTION);
+    let zero = -(offset as i128) * divisor as i128 / value as i128;
+    mistake.unless(
+        zero.unsigned_abs() < 1 << 31,
+        "the offset is too large for the resolution",
+    );
+    zero as i32
+}
+
+/// The data of a group with numbers of the product, for [`Contents::Own`]: one for each signal, in the resolution of its signal. A number
+/// that is None or beyond the valid range is sent as ones: not available. Bits without a signal are 1.
+pub fn data<const N: usize>(fields: &[Field; N], numbers: [Option<i32>; N]) -> [u8; 8] {
+    let mut data = u64::MAX;
+    for (field, number) in fields.iter().zip(numbers) {
+        if let Some(raw) = number.and_then(|number| field.own(number)) {
+            data = field.put(data, raw);
+        }
+    }
+    data.to_le_bytes()
 }
 
 /// The data of a group.
@@ -333,13 +321,30 @@ pub fn compose(fields: &[Field], motion: &Motion) -> [u8; 8] {
             (Kind::Latency, _) => motion.latency.into(),
             _ => u32::MAX,
         };
-        let ones = (1_u64 << field.bits) - 1;
-        data &= !(ones << field.start) | (u64::from(raw) & ones) << field.start;
+        data = field.put(data, raw);
     }
     data.to_le_bytes()
 }
 
 impl Field {
+    /// Data that is 1 at the place of the signal, with this raw number there.
+    fn put(&self, data: u64, raw: u32) -> u64 {
+        let ones = (1_u64 << self.bits) - 1;
+        data & (!(ones << self.start) | (u64::from(raw) & ones) << self.start)
+    }
+
+    /// The raw number of a number of the product.
+    fn own(&self, number: i32) -> Option<u32> {
+        let raw = i64::from(number) + i64::from(self.offset);
+        // FAh in the most significant byte is the last valid value; in shorter numbers all values are valid.
+        let valid = match self.bits.checked_sub(8) {
+            Some(low) => 0xFB_u32 << low,
+            None => 1 << self.bits,
+        };
+        let raw = u32::try_from(raw).ok();
+        raw.filter(|raw| self.kind == Kind::Own && *raw < valid)
+    }
+
     /// The raw number and the figure of merit of a value.
     fn raw(&self, number: i32, merit: Merit) -> (u32, Merit) {
         const ERROR: u32 = 0xFEFE_FEFE;
@@ -380,30 +385,26 @@ mod tests {
 
     #[test]
     fn numbers_of_a_product_are_at_the_place_of_their_signals_and_ones_beyond_the_valid_range() {
-        const GROUP: Group = Group::new(
-            "OWN",
-            0xFF20,
-            &[
-                // 0.01 deg from -300 deg; a state; 2 K from -40 K.
-                own(8, 16, (1, 100), -300),
-                own(24, 2, (1, 1), 0),
-                own(32, 8, (2, 1), -40),
-            ],
-        );
-        let cases: [(&[Option<i32>], u64); 9] = [
-            (&[Some(0), Some(0), Some(0)], 0xFFFF_FF14_FC75_30FF),
-            (&[Some(-500), Some(1), Some(-20)], 0xFFFF_FF00_FD73_3CFF),
-            (&[None, None, None], u64::MAX),
-            (&[Some(1), Some(3)], 0xFFFF_FFFF_FF75_31FF),
-            (&[Some(-30_000)], 0xFFFF_FFFF_FF00_00FF),
-            (&[Some(-30_001)], u64::MAX),
+        // 0.01 deg from -300 deg; a state; 2 K from -40 K.
+        const FIELDS: [Field; 3] = fields(&[
+            own(8, 16, (1, 100), -300),
+            own(24, 2, (1, 1), 0),
+            own(32, 8, (2, 1), -40),
+        ]);
+        let cases = [
+            ([Some(0), Some(0), Some(0)], 0xFFFF_FF14_FC75_30FF),
+            ([Some(-500), Some(1), Some(-20)], 0xFFFF_FF00_FD73_3CFF),
+            ([None, None, None], u64::MAX),
+            ([Some(1), Some(3), None], 0xFFFF_FFFF_FF75_31FF),
+            ([Some(-30_000), None, None], 0xFFFF_FFFF_FF00_00FF),
+            ([Some(-30_001), None, None], u64::MAX),
             // FAFFh is the last valid number.
-            (&[Some(0xFAFF - 30_000)], 0xFFFF_FFFF_FFFA_FFFF),
-            (&[Some(0xFB00 - 30_000)], u64::MAX),
-            (&[Some(i32::MIN), Some(4), Some(i32::MAX)], u64::MAX),
+            ([Some(0xFAFF - 30_000), None, None], 0xFFFF_FFFF_FFFA_FFFF),
+            ([Some(0xFB00 - 30_000), None, None], u64::MAX),
+            ([Some(i32::MIN), Some(4), Some(i32::MAX)], u64::MAX),
         ];
         for (numbers, expected) in cases {
-            let data = u64::from_le_bytes(GROUP.data(numbers));
+            let data = u64::from_le_bytes(data(&FIELDS, numbers));
             assert_eq!(data, expected, "{numbers:?}: {data:016X}");
         }
     }

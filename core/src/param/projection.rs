@@ -425,6 +425,11 @@ pub(crate) const fn check_quantities(quantities: &[Quantity], capacity: usize) {
             quantity.range.0 <= quantity.range.1,
             "the lowest number is above the highest one",
         );
+        let (least, most) = quantity.data_type.range();
+        mistake.unless(
+            least <= quantity.range.0 && quantity.range.1 <= most,
+            "the range must fit the type",
+        );
         mistake.unless(
             place < capacity,
             "the application publishes fewer values: `Values` has no room for it",

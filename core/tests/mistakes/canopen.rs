@@ -1,6 +1,7 @@
 //! A product with CANopen without mistakes. The tests replace one text of this file and compile it.
 
 use plumbline::canopen::dictionary::{Access, Service};
+use plumbline::canopen::emcy::{CIA_301, Cause, FaultBit, fault};
 use plumbline::canopen::{Absent, ErrorHistory, Object, Product, Text, TpdoArray, profile};
 use plumbline::model::listing::{self, Adjustment, Article, Guide, Resolution, Written};
 use plumbline::prelude::*;
@@ -71,6 +72,11 @@ impl Product for Mast {
             Object::value(0x6011, 0, RATE),
         ],
     ];
+    const FAULTS: [FaultBit; 8] = {
+        let mut faults = CIA_301;
+        faults[3] = CIA_301[3];
+        faults
+    };
     const GROUPS: &'static [(u16, u16)] = &[(0x2000, 0x2000), (0x2001, 0x5FFF)];
     const NODE_ID: ParameterId = NODE_ID;
     const BIT_RATE: ParameterId = BIT_RATE;

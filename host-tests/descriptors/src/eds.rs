@@ -212,7 +212,7 @@ fn object(text: &mut String, rows: &[Described]) {
 
 fn variable(text: &mut String, name: &str, parameter: &str, described: &Described) {
     let notes = [
-        ("unit", described.unit().to_owned()),
+        ("unit", described.unit_of_one()),
         ("values", described.permitted()),
     ];
     for (what, note) in notes.iter().filter(|(_, note)| !note.is_empty()) {

@@ -297,17 +297,20 @@ fn fmi_name(fmi: u8) -> &'static str {
 /// The signals of a group with process data.
 fn signals(text: &mut String, group: &Group) {
     for signal in group.signals {
-        let (factor, offset, unit) = scale(signal);
+        let ((value, divisor), offset, unit) = scale(signal);
         let (start, bits) = (signal.start, signal.bits);
         let highest = match signal.contents {
             // FAh in the most significant byte is the last valid value.
             Contents::Value { .. } | Contents::Own { .. } if bits >= 8 => {
-                offset + f64::from((0xFB << (bits - 8)) - 1) * factor
+                (0xFB_i64 << (bits - 8)) - 1
             }
-            Contents::Own { .. } => offset + f64::from((1 << bits) - 1) * factor,
-            Contents::Latency | Contents::UnknownLatency => 250.0 * factor,
-            _ => 3.0,
+            Contents::Own { .. } => (1 << bits) - 1,
+            Contents::Latency | Contents::UnknownLatency => 250,
+            _ => 3,
         };
+        let factor = value as f64 / divisor as f64;
+        let numerator = i64::from(offset) * divisor as i64 + highest * value as i64;
+        let highest = numerator as f64 / divisor as f64;
         let name = checked(signal.name.to_owned());
         writeln!(
             text,
@@ -318,22 +321,22 @@ fn signals(text: &mut String, group: &Group) {
     text.push('\n');
 }
 
-/// The factor, the offset and the unit of a signal.
-fn scale(signal: &Signal) -> (f64, f64, &'static str) {
+/// The value of one bit as a fraction, the value of the number 0, and the unit of both.
+fn scale(signal: &Signal) -> ((u64, u64), i32, &'static str) {
     match signal.contents {
         Contents::Value {
-            resolution: (value, divisor),
+            resolution,
             offset,
             unit,
             ..
         }
         | Contents::Own {
-            resolution: (value, divisor),
+            resolution,
             offset,
             unit,
-        } => (value as f64 / divisor as f64, offset.into(), unit),
-        Contents::Latency | Contents::UnknownLatency => (0.5, 0.0, "ms"),
-        Contents::Merit(_) | Contents::Compensation => (1.0, 0.0, ""),
+        } => (resolution, offset, unit),
+        Contents::Latency | Contents::UnknownLatency => ((1, 2), 0, "ms"),
+        Contents::Merit(_) | Contents::Compensation => ((1, 1), 0, ""),
     }
 }
 
@@ -353,6 +356,7 @@ mod tests {
         for line in [
             format!("BO_ {id} SSI2: 8 Sensor"),
             " SG_ PitchAngleExRange : 0|24@1+ (0.000030517578125,-250) [-250|251.99996948242188] \"deg\" Vector__XXX".into(),
+            " SG_ PitchAngle : 0|16@1+ (0.002,-64) [-64|64.51] \"deg\" Vector__XXX".into(),
             format!("BA_ \"SPN\" SG_ {id} PitchAngleExRange 4976;"),
             format!("BA_ \"PGN\" BO_ {id} 61481;"),
         ] {

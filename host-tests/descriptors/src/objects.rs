@@ -67,6 +67,17 @@ impl<'a> Described<'a> {
         self.number().unit
     }
 
+    /// The unit of the number 1 on the bus, for example `0.01 deg`; empty without a unit.
+    pub fn unit_of_one(&self) -> String {
+        let number = self.number();
+        match number.decimals {
+            0 => number.unit.to_owned(),
+            _ => format!("{} {}", number.value(1), number.unit)
+                .trim_end()
+                .to_owned(),
+        }
+    }
+
     /// The type in the object dictionary.
     pub fn data_type(&self) -> DataType {
         let Product {
@@ -347,6 +358,16 @@ mod tests {
         });
         described("ims360", 0x2002, 0, |object| {
             assert_eq!(object.limits(), Some((1, 126)));
+        });
+    }
+
+    #[test]
+    fn unit_of_one_has_the_decimals_of_the_number() {
+        described("ims360", 0x6110, 0, |object| {
+            assert_eq!(object.unit_of_one(), "0.01 deg");
+        });
+        jn2101(0x6000, 0, |object| {
+            assert_eq!(object.unit_of_one(), "0.001 deg");
         });
     }
 

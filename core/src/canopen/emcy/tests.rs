@@ -4,18 +4,9 @@ use super::*;
 
 const BITS: [FaultBit; 8] = {
     let mut bits = [FaultBit::RESERVED; 8];
-    bits[0] = FaultBit {
-        name: "Range",
-        cause: Cause::Application(Faults::X.and(Faults::Y)),
-        code: 0x9000,
-        register: 0,
-    };
-    bits[3] = FaultBit {
-        name: "Memory",
-        cause: Cause::Memory,
-        code: 0x5000,
-        register: 1 << 4,
-    };
+    let range = Faults::X.and(Faults::Y);
+    bits[0] = fault("Range", Cause::Application(range), 0x9000, 0);
+    bits[3] = fault("Memory", Cause::Memory, 0x5000, 1 << 4);
     bits
 };
 const FAULTS: &[Fault; 8] = &faults(&BITS);

@@ -1,7 +1,7 @@
 //! The catalogue entry of a CANopen product.
 
 use super::j1939::J1939Tables;
-use super::{Article, Product, Protocol};
+use super::{Article, Product, Protocol, check_article};
 use crate::can::BitRate;
 use crate::canopen::dictionary::Object;
 use crate::canopen::emcy::FaultBit;
@@ -81,6 +81,7 @@ impl Product {
         maker: &'static str,
         article: Article,
     ) -> Self {
+        check_article(&article);
         let protocol = Protocol::Canopen(Tables::of::<P>(article, None));
         Self {
             #[cfg(not(target_os = "none"))]
@@ -99,6 +100,7 @@ impl Product {
         article: Article,
         selector: (ParameterId, u32),
     ) -> Self {
+        check_article(&article);
         let j1939 = J1939Tables::of::<P>(Some(selector));
         let protocol = Protocol::Canopen(Tables::of::<P>(article, Some(j1939)));
         let image = <P as canopen::Product>::IMAGE;

@@ -1,6 +1,6 @@
 //! The catalogue entry of a DeviceNet product.
 
-use super::{Article, Product, Protocol};
+use super::{Article, Product, Protocol, check_article};
 use crate::devicenet::{self, Assembly, DevicenetNode, Identity, Object, Roles};
 
 /// The tables of a product with the DeviceNet protocol.
@@ -31,11 +31,13 @@ impl Product {
         name: &'static str,
         article: &'static str,
     ) -> Self {
+        let article = Article {
+            name: article,
+            number: P::IDENTITY.catalog,
+        };
+        check_article(&article);
         let protocol = Protocol::Devicenet(Tables {
-            article: Article {
-                name: article,
-                number: P::IDENTITY.catalog,
-            },
+            article,
             identity: P::IDENTITY,
             roles: P::ROLES,
             objects: P::OBJECTS,

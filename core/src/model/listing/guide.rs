@@ -5,7 +5,7 @@
 use crate::mistake::Mistake;
 use crate::param::projection::{exists, has_quantity};
 use crate::param::{Parameter, ParameterId, Quantity, ValueId};
-use crate::walk::each;
+use crate::walk::{each, equal};
 
 /// A guide to a product for tools that show it and set it up.
 #[derive(Clone, Copy, Debug)]
@@ -38,11 +38,21 @@ impl Guide {
     /// Checks that the tables of the product have each id.
     #[track_caller]
     pub(super) const fn check(&self, parameters: &[Parameter], quantities: &[Quantity]) {
-        each!((id, name) in self.short_names => {
-            exists(Mistake::item(name), parameters, *id);
+        each!(place, (id, name) in self.short_names => {
+            let mistake = Mistake::item(name);
+            exists(mistake, parameters, *id);
+            Mistake::item("short_names").unless(!name.is_empty(), "a name is empty");
+            each!((_, other) in self.short_names.split_at(place).0 => {
+                mistake.unless(!equal(name, other), "two parameters have this short name");
+            });
         });
-        each!((name, ids) in self.groups => {
-            each!(id in *ids => { exists(Mistake::item(name), parameters, *id) });
+        each!(place, (name, ids) in self.groups => {
+            let mistake = Mistake::item(name);
+            Mistake::item("groups").unless(!name.is_empty(), "a name is empty");
+            each!((other, _) in self.groups.split_at(place).0 => {
+                mistake.unless(!equal(name, other), "two groups have this name");
+            });
+            each!(id in *ids => { exists(mistake, parameters, *id) });
         });
         each!(id in self.angles => { has_quantity(Mistake::item("angles"), quantities, *id) });
         if let Some(resolution) = &self.resolution {

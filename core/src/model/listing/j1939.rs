@@ -1,6 +1,6 @@
 //! The catalogue entry of a product with J1939: alone, or beside CANopen.
 
-use super::{Article, Product, Protocol};
+use super::{Article, Product, Protocol, check_article};
 use crate::j1939::diagnostics::Code;
 use crate::j1939::signal::Group;
 use crate::j1939::{self, J1939Node};
@@ -62,6 +62,7 @@ impl Product {
         maker: &'static str,
         article: Article,
     ) -> Self {
+        check_article(&article);
         let protocol = Protocol::J1939(Tables {
             article,
             j1939: J1939Tables::of::<P>(None),

@@ -169,6 +169,13 @@ const fn check_line(item: &str, name: &str) {
     });
 }
 
+/// Checks the names of the only article of a product.
+#[track_caller]
+const fn check_article(article: &Article) {
+    check_line("article, name", article.name);
+    check_line("article, number", article.number);
+}
+
 /// An article of a product.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Article {
