@@ -86,6 +86,16 @@ macro_rules! project {
                 { <<Self as $crate::canopen::Product>::Tpdos as $crate::canopen::Tpdos>::COUNT },
             >(<Self as $crate::canopen::Product>::OBJECTS)
         };
+        const GROUP_INDICES: &'static [(u16, u16)] = const {
+            &$crate::canopen::Group::indices::<
+                { <Self as $crate::canopen::Product>::GROUPS.len() },
+            >(<Self as $crate::canopen::Product>::GROUPS)
+        };
+        const LSS_RATES: &'static [$crate::canopen::LssRates] = const {
+            &$crate::canopen::LssTable::rates::<
+                { <Self as $crate::canopen::Product>::LSS_TABLES.len() },
+            >(<Self as $crate::canopen::Product>::LSS_TABLES)
+        };
     };
     (functions) => {
         const CODES: $crate::fsc::projection::Codes = $crate::fsc::projection::Codes::new(

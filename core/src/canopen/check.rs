@@ -345,12 +345,12 @@ const fn check_lss(objects: &[Object]) {
 /// Checks the manufacturer-specific tables of bit rates. CiA 305 has or reserves the selectors below 128.
 #[track_caller]
 const fn check_lss_tables(tables: &[LssTable], lss: bool) {
-    each!(place, (selector, _) in tables => {
-        let mistake = Mistake::row("LSS_TABLES", place);
+    each!(place, table in tables => {
+        let mistake = table.mistake(place);
         mistake.unless(lss, "a product without LSS has no table of bit rates");
-        mistake.unless(*selector >= 128, "the selector is 128 to 255");
-        each!((other, _) in tables.split_at(place).0 => {
-            mistake.unless(*other != *selector, "another table has this selector");
+        mistake.unless(table.selector >= 128, "the selector is 128 to 255");
+        each!(other in tables.split_at(place).0 => {
+            mistake.unless(other.selector != table.selector, "another table has this selector");
         });
     });
 }

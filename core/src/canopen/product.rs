@@ -4,11 +4,12 @@ use super::consumer::Consumers;
 use super::dictionary::Object;
 use super::emcy::{CIA_301, FaultBit, History};
 use super::feature::{Feature, Initial};
-use super::lss::{Lss, LssTable};
+use super::lss::{Lss, LssRates, LssTable};
 use super::nmt::State;
 use super::own::{Own, Scope, Taken};
 use super::pdo::{Tpdos, Triggers};
 use super::profile;
+use super::ranges::Group;
 use super::row::Row;
 use super::sdo::{Block, Buffer};
 use super::setting::TpdoSettings;
@@ -115,11 +116,10 @@ pub trait Product: Sized + Send + 'static {
     /// Whether another protocol is on the bus, which transports the SDOs, since a start with these parameters; None: there is no other
     /// protocol.
     const HOSTED: Option<fn(&ParametersOf<Self>) -> bool> = None;
-    /// The first and the last index of each manufacturer-specific group of parameters. The sub-indices 4 and following of 1010h and 1011h
-    /// store and restore these groups.
-    const GROUPS: &'static [(u16, u16)] = &[(0x2000, 0x5FFF)];
-    /// The manufacturer-specific bit timing tables for LSS: a table selector from 128 on, and the bit rates by their indices. The table of
-    /// CiA 305, selector 0, is always there. [`BIT_RATES`](Self::BIT_RATES) says which of them are permitted.
+    /// The manufacturer-specific groups of parameters. The sub-indices 4 and following of 1010h and 1011h store and restore them.
+    const GROUPS: &'static [Group] = &[Group::new(0x2000, 0x5FFF)];
+    /// The manufacturer-specific bit timing tables for LSS. The table of CiA 305, selector 0, is always there.
+    /// [`BIT_RATES`](Self::BIT_RATES) says which bit rates are permitted.
     const LSS_TABLES: &'static [LssTable] = &[];
     /// The identification of the stored parameters of this product.
     const IMAGE: ImageId;
@@ -130,6 +130,10 @@ pub trait Product: Sized + Send + 'static {
     const TEXTS: &'static [&'static str];
     /// The communication parameters of the TPDOs.
     const TPDO_SETTINGS: &'static [TpdoSettings];
+    /// The indices of [`GROUPS`](Self::GROUPS).
+    const GROUP_INDICES: &'static [(u16, u16)];
+    /// The selectors and the bit rates of [`LSS_TABLES`](Self::LSS_TABLES).
+    const LSS_RATES: &'static [LssRates];
 
     /// The additional information in emergency messages and in the history: the status byte, or another number.
     fn additional(status: u8) -> u8 {

@@ -15,23 +15,51 @@ use super::product::{ContextOf, ParametersOf, Product};
 use super::protocol::Services;
 use super::row::Kind;
 use super::sdo::Written;
+use crate::mistake::Origin;
 use crate::param::{ParameterSet, Parameters};
-use crate::walk::each;
+use crate::walk::{each, put};
 
 /// The sub-index with all parameters.
 const ALL: u8 = 1;
 /// The sub-index of the first manufacturer-specific group.
 pub(super) const MAKER: u8 = 4;
 
+/// A manufacturer-specific group of parameters: those of the objects with these indices.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Group {
+    /// The first index.
+    pub first: u16,
+    /// The last index.
+    pub last: u16,
+    /// The line of the row, for the message of a mistake.
+    pub origin: Origin,
+}
+
+impl Group {
+    /// The group with the indices from `first` to `last`, 2000h to 5FFFh.
+    #[track_caller]
+    pub const fn new(first: u16, last: u16) -> Self {
+        Self {
+            first,
+            last,
+            origin: Origin::here(),
+        }
+    }
+
+    /// The indices of these groups, in the form that the device uses.
+    pub const fn indices<const N: usize>(groups: &[Self]) -> [(u16, u16); N] {
+        let mut indices = [(0, 0); N];
+        each!(place, group in groups => { put(&mut indices, place, (group.first, group.last)) });
+        indices
+    }
+}
+
 /// The indices of a group; None: there is no such group, or it has all parameters.
-pub(super) const fn indices(groups: &[(u16, u16)], sub: u8) -> Option<(u16, u16)> {
+fn indices(groups: &[(u16, u16)], sub: u8) -> Option<(u16, u16)> {
     match sub {
         2 => Some((0x1000, 0x1FFF)),
         3 => Some((0x6000, 0x9FFF)),
-        MAKER.. if ((sub - MAKER) as usize) < groups.len() => {
-            let (_, rest) = groups.split_at((sub - MAKER) as usize);
-            rest.first().copied()
-        }
+        MAKER.. => groups.get(usize::from(sub - MAKER)).copied(),
         _ => None,
     }
 }
@@ -81,7 +109,7 @@ impl<P: Product> Services<P> {
 
 fn group<P: Product>(sub: u8) -> ParameterSet {
     let (mut group, mut described) = (ParameterSet::EMPTY, ParameterSet::EMPTY);
-    let indices = indices(P::GROUPS, sub);
+    let indices = indices(P::GROUP_INDICES, sub);
     for row in P::ROWS {
         if matches!(row.kind(), Kind::Parameter | Kind::CobId | Kind::Command) {
             described = described.with(row.id());

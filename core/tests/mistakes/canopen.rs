@@ -2,7 +2,7 @@
 
 use plumbline::canopen::dictionary::{Access, Service};
 use plumbline::canopen::emcy::{CIA_301, Cause, FaultBit, fault};
-use plumbline::canopen::{Absent, ErrorHistory, Object, Product, Text, TpdoArray, profile};
+use plumbline::canopen::{Absent, ErrorHistory, Group, LssTable, Object, Product, Text, TpdoArray, profile};
 use plumbline::model::listing::{self, Adjustment, Article, Guide, Resolution, Written};
 use plumbline::prelude::*;
 
@@ -77,7 +77,10 @@ impl Product for Mast {
         faults[3] = CIA_301[3];
         faults
     };
-    const GROUPS: &'static [(u16, u16)] = &[(0x2000, 0x2000), (0x2001, 0x5FFF)];
+    const GROUPS: &'static [Group] = &[
+        Group::new(0x2000, 0x2000),
+        Group::new(0x2001, 0x5FFF),
+    ];
     const NODE_ID: ParameterId = NODE_ID;
     const BIT_RATE: ParameterId = BIT_RATE;
     const IMAGE: ImageId = ImageId::new(0x7001);

@@ -1,10 +1,11 @@
 //! A product with CANopen whose TPDOs have a free COB-ID and a dynamic mapping, with LSS, own objects and numbers of 64 bits, without
 //! mistakes. The tests replace one text of this file and compile it. The wire tests run it.
 
+use plumbline::can::BitRate;
 use plumbline::canopen::dictionary::Access;
 use plumbline::canopen::profile::{self, Standard, entry};
 use plumbline::canopen::{
-    Absent, DynamicTpdos, ErrorHistory, Lss, Object, Own, Present, Product, Text,
+    Absent, DynamicTpdos, ErrorHistory, Lss, LssTable, Object, Own, Present, Product, Text,
 };
 use plumbline::prelude::*;
 use plumbline::store::unit::NAME;
@@ -104,6 +105,10 @@ impl Product for Mast {
     const OWN: &'static [Own<Self>] = &[
         Own::number(0x2300, 0, |_, _| 1),
         Own::command(0x2301, 0, |_, _| Ok(plumbline::canopen::Then::Reply)),
+    ];
+    const LSS_TABLES: &'static [LssTable] = &[
+        LssTable::new(128, &[None, Some(BitRate::K125)]),
+        LssTable::new(129, &[]),
     ];
     const NODE_ID: ParameterId = NODE_ID;
     const BIT_RATE: ParameterId = BIT_RATE;

@@ -1,17 +1,17 @@
 //! Checks of the groups of stored parameters (1010h, 1011h).
 
 use super::{Mistake, Object, Parameter, ParameterId, Service, Target, mistake_at, object_at};
-use crate::canopen::ranges::{MAKER, indices};
+use crate::canopen::ranges::{Group, MAKER};
 use crate::param::Persistence;
 use crate::walk::{at, each};
 
 /// Checks that a group of parameters exists for each sub-index of 1010h and 1011h that stores or restores a group.
 #[track_caller]
-pub(super) const fn check(objects: &[Object], groups: &[(u16, u16)], parameters: &[Parameter]) {
+pub(super) const fn check(objects: &[Object], groups: &[Group], parameters: &[Parameter]) {
     each!(object in objects => {
         let Object { index, sub, .. } = *object;
         if let Target::Service(Service::StoreGroup | Service::RestoreGroup) = object.target {
-            let is_group = sub == 1 || indices(groups, sub).is_some();
+            let is_group = sub >= 1 && (sub as usize) < MAKER as usize + groups.len();
             mistake_at(objects, index, sub).unless(
                 matches!(index, 0x1010 | 0x1011) && is_group,
                 "there is no group of parameters for this sub-index",
@@ -22,25 +22,27 @@ pub(super) const fn check(objects: &[Object], groups: &[(u16, u16)], parameters:
             );
         }
     });
-    each!(place, (first, last) in groups => {
-        Mistake::row("GROUPS", place).unless(
-            *first <= *last && *first >= 0x2000 && *last < 0x6000,
+    each!(place, group in groups => {
+        let Group { first, last, origin } = *group;
+        let mistake = Mistake::row("GROUPS", place).at(origin);
+        mistake.unless(
+            first <= last && first >= 0x2000 && last < 0x6000,
             "a manufacturer-specific index is 2000h to 5FFFh",
         );
-        each!((other, end) in groups.split_at(place).0 => {
-            Mistake::row("GROUPS", place).unless(
-                *last < *other || *end < *first,
+        each!(other in groups.split_at(place).0 => {
+            mistake.unless(
+                last < other.first || other.last < first,
                 "another group has some of these indices",
             );
         });
         let sub = MAKER as usize + place;
-        Mistake::row("GROUPS", place).unless(
+        mistake.unless(
             place == 0 || is_service(objects, 0x1010, sub) || is_service(objects, 0x1011, sub),
             "neither 1010h nor 1011h has a sub-index for this group",
         );
         // The hidden parameters are in the first group.
-        Mistake::row("GROUPS", place).unless(
-            place == 0 || has_stored(objects, (*first, *last), parameters),
+        mistake.unless(
+            place == 0 || has_stored(objects, (first, last), parameters),
             "no object of this group is a stored parameter",
         );
     });
@@ -51,12 +53,12 @@ pub(super) const fn check(objects: &[Object], groups: &[(u16, u16)], parameters:
 
 /// Checks that a group has each stored parameter of the manufacturer.
 #[track_caller]
-const fn check_all(objects: &[Object], groups: &[(u16, u16)], parameters: &[Parameter]) {
+const fn check_all(objects: &[Object], groups: &[Group], parameters: &[Parameter]) {
     each!(object in objects => {
         if matches!(object.index, 0x2000..0x6000) && is_stored(object, parameters) {
             let mut found = false;
-            each!((first, last) in groups => {
-                found |= *first <= object.index && object.index <= *last;
+            each!(group in groups => {
+                found |= group.first <= object.index && object.index <= group.last;
             });
             object.mistake()
                 .unless(found, "no group in `GROUPS` has this stored parameter");

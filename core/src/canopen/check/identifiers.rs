@@ -129,12 +129,12 @@ pub(super) const fn check_lss_rates(
     codes: &[(u32, BitRate)],
     parameter: &Parameter,
 ) {
-    each!(place, (_, rates) in tables => {
-        each!(index, rate in rates => {
+    each!(place, table in tables => {
+        each!(index, rate in table.rates => {
             if let Some(rate) = rate
                 && !is_permitted(*rate, codes, parameter)
             {
-                Mistake::row("LSS_TABLES", place)
+                table.mistake(place)
                     .text("the product does not permit the bit rate at index ")
                     .number(index as u32)
                     .text(", ")

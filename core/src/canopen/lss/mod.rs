@@ -36,15 +36,52 @@ pub use slave::{BEGIN_SCAN, BIT_RATES, Device, Outcome, Slave, answer, command};
 
 use super::feature::Initial;
 use crate::can::BitRate;
+use crate::mistake::{Mistake, Origin};
 use crate::time::Deadline;
+use crate::walk::{each, put};
 use activation::Activation;
 use flicker::Flicker;
 
 /// The node-ID of a node without a valid node-ID.
 pub const UNCONFIGURED: u8 = 255;
 
-/// The bit rates of a table selector of configure bit timing, by their indices.
-pub type LssTable = (u8, &'static [Option<BitRate>]);
+/// The bit rates of a table selector of configure bit timing.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct LssTable {
+    /// The table selector, from 128 on.
+    pub selector: u8,
+    /// The bit rates by their indices.
+    pub rates: &'static [Option<BitRate>],
+    /// The line of the row, for the message of a mistake.
+    pub origin: Origin,
+}
+
+/// A table selector and its bit rates, in the form that the device uses.
+pub type LssRates = (u8, &'static [Option<BitRate>]);
+
+impl LssTable {
+    /// The table with this selector.
+    #[track_caller]
+    pub const fn new(selector: u8, rates: &'static [Option<BitRate>]) -> Self {
+        Self {
+            selector,
+            rates,
+            origin: Origin::here(),
+        }
+    }
+
+    /// The selectors and the bit rates of these tables.
+    pub const fn rates<const N: usize>(tables: &[Self]) -> [LssRates; N] {
+        let mut rates: [LssRates; N] = [(0, &[]); N];
+        each!(place, table in tables => { put(&mut rates, place, (table.selector, table.rates)) });
+        rates
+    }
+
+    /// A mistake in the table at this place.
+    pub(super) const fn mistake(&self, place: usize) -> Mistake<'_> {
+        Mistake::row("LSS_TABLES", place).at(self.origin)
+    }
+}
 
 /// The progress of store configuration.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]

@@ -53,7 +53,7 @@ impl<P: Product> Device for Unit<'_, P> {
     }
 
     fn bit_rate(&self, table: u8, index: u8) -> Option<BitRate> {
-        let own = P::LSS_TABLES.iter().find(|(number, _)| *number == table);
+        let own = P::LSS_RATES.iter().find(|(number, _)| *number == table);
         match own {
             Some((_, rates)) => rates.get(usize::from(index)).copied().flatten(),
             None => standard_bit_rate(table, index),

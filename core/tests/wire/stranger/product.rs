@@ -25,7 +25,8 @@ use plumbline::can::BitRate;
 use plumbline::canopen::dictionary::{Access, Service};
 use plumbline::canopen::profile::{self, Standard, entry};
 use plumbline::canopen::{
-    Absent, ErrorHistory, Heartbeats, Lss, LssTable, Object, Present, Product, Text, TpdoArray,
+    Absent, ErrorHistory, Group, Heartbeats, Lss, LssTable, Object, Present, Product, Text,
+    TpdoArray,
 };
 use plumbline::param::{Permitted, Refused};
 use plumbline::prelude::*;
@@ -236,9 +237,11 @@ impl Product for StrangerProduct {
             Object::parameter(0x6013, 0, OFFSET),
         ],
     ];
-    const GROUPS: &'static [(u16, u16)] = &[(0x2000, 0x2FFF), (0x3000, 0x5FFF)];
-    const LSS_TABLES: &'static [LssTable] =
-        &[(128, &[None, Some(BitRate::K125), None, Some(BitRate::K500)])];
+    const GROUPS: &'static [Group] = &[Group::new(0x2000, 0x2FFF), Group::new(0x3000, 0x5FFF)];
+    const LSS_TABLES: &'static [LssTable] = &[LssTable::new(
+        128,
+        &[None, Some(BitRate::K125), None, Some(BitRate::K500)],
+    )];
     const NODE_ID: ParameterId = NODE_ID;
     const BIT_RATE: ParameterId = BIT_RATE;
     const IMAGE: ImageId = ImageId::new(0x7006);
