@@ -1,7 +1,7 @@
 // The large angles, and the status in words.
 
 import { element, goneText, make, on, state } from "./state.js";
-import { decimal, onLanguage, t } from "./texts.js";
+import { decimal, inLanguage, onLanguage, t } from "./texts.js";
 
 /** The pause between two values in ms: a person, also with a screen reader, must be able to follow. */
 const PAUSE = 400;
@@ -11,7 +11,7 @@ const OLD = 1000;
 let newest = 0;
 /** @type {HTMLOutputElement[]} */
 let outputs = [];
-/** @type {{name: string, error: boolean}[] | null} */
+/** @type {{name: string, texts?: import("./texts.js").Texts, error: boolean}[] | null} */
 let condition = null;
 
 function build() {
@@ -68,7 +68,7 @@ function showCondition() {
   const isKnown = state.gone === null && !silent && samples > 0;
   const bits = condition ?? [];
   const isBad = isKnown && bits.some(({ error }) => error);
-  const words = bits.map(({ name }) => word(name));
+  const words = bits.map(({ name, texts }) => (texts ? inLanguage(texts) : word(name)));
   if (!isBad) words.unshift(t("ok"));
   const text = state.device === null ? "" : t("status", isKnown ? words.join(", ") : t("unknown"));
   if (place.textContent !== text) place.textContent = text;

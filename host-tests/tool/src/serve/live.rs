@@ -14,6 +14,7 @@ use crate::sample::{Sample, Sampler};
 use crate::scan::kbits;
 use crate::session::Session;
 use crate::sheet::Entry;
+use crate::texts::Text;
 use condition::ERROR_REGISTER;
 use plumbline::fsc::Condition;
 use plumbline::time::{Duration, Instant, after, millis};
@@ -253,7 +254,8 @@ impl Live {
         let sample = match polled {
             Err(failure) if failure.kind() == Refusal::Bus => return Err(failure),
             Err(failure) => {
-                self.show_condition(json!([{"name": failure.to_string(), "error": true}]), hub);
+                let bit = json!({"name": failure.code(), "texts": failure.texts(), "error": true});
+                self.show_condition(json!([bit]), hub);
                 None
             }
             Ok(sample) => sample,

@@ -1,5 +1,6 @@
 //! The thread that owns the adapter: it does one job after the other, and polls the angles between them.
 
+mod action;
 mod commands;
 mod others;
 mod report;
@@ -15,15 +16,14 @@ use super::sheets::{Kept, Sheets};
 use crate::adapter::unread::Unread;
 use crate::adapter::{Adapter, Mode};
 use crate::connect;
-use crate::error::{Asks, Error, Kind as Refusal, Silence};
+use crate::error::{Error, Kind as Refusal, Silence};
 use crate::identify::Identity;
 use crate::last::Last;
 use crate::link::Link;
 use crate::output::Terminal;
-use crate::question::Question;
 use crate::scan::Memory;
 use crate::texts::Text;
-use commands::Notes;
+use action::Answers;
 use plumbline::time::{after, millis};
 use report::Reported;
 use serde_json::{Map, Value, json};
@@ -32,7 +32,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, TryRecvError};
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
-use which::{Answers, Asked, on_request};
+use which::{Asked, on_request};
 
 /// The pause between two events with the status and the frames.
 const STATUS: Duration = Duration::from_millis(250);
@@ -280,56 +280,45 @@ impl Worker {
         }
         self.error = None;
         self.close()?;
-        let number = self.begin(&shown);
-        let mut notes = self.notes(number);
-        let asked = self.asked(&shown, &wanted.yes);
-        let memory = asked.memory.clone();
-        let connected = self.connected(wanted, number, &mut notes, memory);
-        let result = connected.map_err(on_request);
-        if let Err(failure) = &result {
-            // An adapter that has failed can be plugged in again.
-            if failure.kind() == Refusal::Bus {
-                self.port = None;
+        let answers = Answers::new(&wanted.yes, &wanted.names);
+        self.action(&shown, &answers, |worker, terminal| {
+            let asked = worker.asked(&shown, &wanted.yes);
+            let memory = asked.memory.clone();
+            let connected = worker.connected(wanted, &answers, memory, terminal);
+            let result = connected.map_err(on_request);
+            if let Err(failure) = &result {
+                // An adapter that has failed can be plugged in again.
+                if failure.kind() == Refusal::Bus {
+                    worker.port = None;
+                }
+                let _ = worker.close();
+                if failure.questions().is_empty() {
+                    worker.error = Some(failure.texts());
+                } else {
+                    worker.wait(asked, failure.questions().to_vec());
+                }
             }
-            let _ = self.close();
-            if failure.questions().is_empty() {
-                self.error = Some(failure.texts());
-            } else {
-                self.wait(asked, failure.questions().to_vec());
-            }
-        }
-        self.end(number, &shown, result.as_ref().err(), notes.all);
-        result
+            result
+        })
     }
 
     fn connected(
         &mut self,
         wanted: &Connect,
-        number: u64,
-        notes: &mut Notes,
+        answers: &Answers,
         memory: Memory,
+        terminal: &mut Terminal,
     ) -> Result<Value, Error> {
         let (bus, sheet) = wanted.wanted(&self.sheets, self.config.as_deref(), memory)?;
         let lease = self.lease(&wanted.port)?;
         lease.with_tap(|tap| tap.clear());
         self.hub.publish(Kind::Frames, &json!([]));
         self.status.frames = 0;
-        let mut answers = Answers::new(&wanted.yes);
-        let mut confirm = |question: &Question| answers.confirm(question);
-        let mut terminal = Terminal {
-            json: true,
-            out: &mut std::io::sink(),
-            notes,
-            confirm: &mut confirm,
-            yes: &wanted.names,
-            stopped: self.stopped(),
-            bar: self.steps(number),
-        };
         if wanted.mode == Part::Listen {
             let mut link = Link::new(Box::new(lease.clone()), &terminal.stopped);
             let rate = match wanted.rate {
                 None if lease.capabilities().needs_rate => {
-                    let heard = connect::traffic(&mut link, &mut terminal)?;
+                    let heard = connect::traffic(&mut link, terminal)?;
                     heard.map(|heard| heard.rate).ok_or(Silence::PageTraffic)?
                 }
                 rate => rate,
@@ -340,14 +329,9 @@ impl Worker {
             self.state = State::Listening(link);
             return Ok(json!({}));
         }
-        let opened = connect::session(Box::new(lease.clone()), &bus, &mut terminal);
-        let (session, found) = match opened {
-            // The page asks the user, and tries again.
-            Err(failure) if failure.kind() == Refusal::Usage && !answers.asked.is_empty() => {
-                return Err(Asks(answers.asked).into());
-            }
-            opened => opened?,
-        };
+        // The page asks the user, and tries again.
+        let opened = connect::session(Box::new(lease.clone()), &bus, terminal);
+        let (session, found) = answers.instead(opened)?;
         self.given = Some(wanted.clone());
         Last::open(self.config.as_deref()).keep(&wanted.port, session.link.rate(), session.target);
         lease.keep();

@@ -104,6 +104,8 @@ test("status_is_told_in_words_of_both_languages", async () => {
   assert.ok(condition.classList.contains("bad"));
   await page.change("language", "de");
   assert.match(condition.textContent, /die X-Achse ist gestört oder außerhalb ihres Bereichs \(SensorErrorX\)/);
+  await page.event("condition", [{ name: "voltage", error: true }, { name: "refused", texts: texts("refused", "abgelehnt"), error: true }]);
+  assert.equal(condition.textContent, "Status: Spannung, abgelehnt");
   await page.event("condition", []);
   assert.match(condition.textContent, /kein Fehler/);
   assert.ok(!condition.classList.contains("bad"));

@@ -1,24 +1,22 @@
 //! What the worker does with the sensor of its session, and what the page shows of it.
 
-use super::which::{Answers, on_request};
-use super::{Live, State, Worker, now};
+use super::action::Answers;
+use super::{Live, State, Worker};
 use crate::error::{Asks, Error, FileError, Kind as Refusal, PageError, RequestError, SensorError};
 use crate::identify;
 use crate::labels::Labels;
 use crate::ops::report::{Adjusted, Values};
 use crate::ops::{self, Report, Request};
-use crate::output::{self, Bar, Progress, Terminal};
+use crate::output::Terminal;
 use crate::question::{Name, Question};
 use crate::scan;
 use crate::serve::api::file::document;
-use crate::serve::events::{Hub, Kind, tell};
+use crate::serve::events::Kind;
 use crate::serve::job::Scan;
 use crate::serve::line::{self, Words};
 use crate::sheet::Address;
-use crate::texts::Text;
 use plumbline::param::DataType;
 use serde_json::{Value, json};
-use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
 impl Worker {
@@ -47,39 +45,26 @@ impl Worker {
             memory: asked.memory.clone(),
         };
         let labels = Labels::open(self.config.as_deref()).unwrap_or_default();
-        let mut answers = Answers::new(&wanted.yes);
+        let answers = Answers::new(&wanted.yes, &[]);
         self.hub.publish(Kind::Found, &json!([]));
-        let number = self.begin(&words);
-        let mut notes = self.notes(number);
-        let mut terminal = Terminal {
-            json: true,
-            out: &mut std::io::sink(),
-            notes: &mut notes,
-            confirm: &mut |question: &Question| answers.confirm(question),
-            yes: &[],
-            stopped: self.stopped(),
-            bar: self.steps(number),
-        };
-        let result = scan::run(Box::new(lease.clone()), options, labels, &mut terminal);
-        let result = result.map_err(on_request);
-        lease.end();
-        let asks = wanted.active || wanted.search;
-        let may_ask = match &result {
-            Ok(_) => true,
-            Err(failure) => {
-                failure.kind() == Refusal::Silent
-                    && (asks || answers.asked.contains(&Question::Silent))
+        self.action(&words, &answers, |worker, terminal| {
+            let result = scan::run(Box::new(lease.clone()), options, labels, terminal);
+            lease.end();
+            let asks = wanted.active || wanted.search;
+            let questions = answers.asked();
+            let may_ask = match &result {
+                Ok(_) => true,
+                Err(failure) => {
+                    failure.kind() == Refusal::Silent
+                        && (asks || questions.contains(&Question::Silent))
+                }
+            };
+            if !may_ask || questions.is_empty() {
+                return result;
             }
-        };
-        let result = match may_ask && !answers.asked.is_empty() {
-            true => {
-                self.wait(asked, answers.asked.clone());
-                Err(Asks(answers.asked).into())
-            }
-            false => result,
-        };
-        self.end(number, &words, result.as_ref().err(), notes.all);
-        result
+            worker.wait(asked, questions.clone());
+            Err(Asks(questions).into())
+        })
     }
 
     /// Performs an operation on the sensor.
@@ -249,27 +234,18 @@ impl Worker {
             return Err(PageError::NotConnected.into());
         };
         let shown = [self.selection.clone(), words].concat();
-        let number = self.begin(&shown);
-        let mut notes = self.notes(number);
-        let (stopped, bar) = (self.stopped(), self.steps(number));
-        let State::Active(live) = &mut self.state else {
-            unreachable!("it is connected");
-        };
-        let mut terminal = Terminal {
-            json: true,
-            out: &mut std::io::sink(),
-            notes: &mut notes,
-            confirm: &mut |_| true,
-            // The page has asked already.
-            yes: &[Name::All],
-            stopped,
-            bar,
-        };
-        let result = run(live, &mut terminal).map_err(on_request);
-        for note in live.session.notes.drain(..) {
-            terminal.note(&note);
-        }
-        self.end(number, &shown, result.as_ref().err(), notes.all);
+        // The page has asked already.
+        let answers = Answers::new(&[], &[Name::All]);
+        let result = self.action(&shown, &answers, |worker, terminal| {
+            let State::Active(live) = &mut worker.state else {
+                unreachable!("it is connected");
+            };
+            let result = run(live, terminal);
+            for note in live.session.notes.drain(..) {
+                terminal.note(&note);
+            }
+            result
+        });
         // What follows shows the state of the sensor, also after a stop.
         self.stop.store(false, Ordering::Relaxed);
         result
@@ -344,98 +320,8 @@ impl Worker {
         }
         Ok(())
     }
-
-    /// The notes of an action.
-    pub(super) fn notes(&self, number: u64) -> Notes {
-        Notes {
-            hub: self.hub.clone(),
-            number,
-            all: Vec::new(),
-        }
-    }
-
-    /// The progress of an action.
-    pub(super) fn steps(&self, number: u64) -> Option<Box<dyn Bar>> {
-        let hub = self.hub.clone();
-        Some(Box::new(Steps { hub, number }))
-    }
-
-    pub(super) fn begin(&mut self, shown: &Words) -> u64 {
-        let number = self.hub.number();
-        let line = line::shown(shown);
-        self.hub.publish(
-            Kind::Action,
-            &json!({"n": number, "at": now(), "line": line, "state": "running"}),
-        );
-        self.busy = Some(line);
-        self.report();
-        number
-    }
-
-    pub(super) fn end(
-        &mut self,
-        number: u64,
-        shown: &Words,
-        failure: Option<&Error>,
-        notes: Vec<Value>,
-    ) {
-        self.busy = None;
-        let mut event = json!({
-            "n": number, "at": now(), "line": line::shown(shown), "notes": notes,
-            "state": match failure {
-                None => "done",
-                Some(failure) if !failure.questions().is_empty() => "asks",
-                Some(_) => "failed",
-            },
-        });
-        if let Some(failure) = failure {
-            tell(&mut event, failure);
-        }
-        self.hub.publish(Kind::Action, &event);
-    }
 }
 
 fn words<const N: usize>(texts: [&str; N]) -> Words {
     texts.map(str::to_owned).to_vec()
-}
-
-/// The progress of a command: each step is an event.
-pub(super) struct Steps {
-    hub: Arc<Hub>,
-    number: u64,
-}
-
-impl Bar for Steps {
-    fn show(&mut self, Progress { done, total, step }: Progress) {
-        let event = json!({"n": self.number, "done": done, "total": total, "texts": step.texts()});
-        self.hub.publish(Kind::Progress, &event);
-    }
-
-    /// The end of the action hides it.
-    fn hide(&mut self) {}
-
-    fn found(&mut self, rows: &Value) {
-        self.hub.publish(Kind::Found, rows);
-    }
-}
-
-/// The notes of a command: each one is an event.
-pub(super) struct Notes {
-    hub: Arc<Hub>,
-    number: u64,
-    pub(super) all: Vec<Value>,
-}
-
-/// The maximum number of notes that are kept.
-const NOTES: usize = 200;
-
-impl output::Notes for Notes {
-    fn note(&mut self, text: &dyn Text) {
-        if self.all.len() < NOTES {
-            let texts = text.texts();
-            self.hub
-                .publish(Kind::Note, &json!({"n": self.number, "texts": texts}));
-            self.all.push(texts);
-        }
-    }
 }

@@ -1,13 +1,11 @@
 //! More sensors on the bus of the session, whose angles the chart shows beside those of its sensor. Commands do not reach them. They end with
 //! the connection.
 
-use super::which::{Answers, on_request};
+use super::action::Answers;
 use super::{Live, State, Worker};
 use crate::connect;
-use crate::error::{Asks, Error, Kind as Refusal, PageError, SensorError};
+use crate::error::{Error, Kind as Refusal, PageError, SensorError};
 use crate::identify;
-use crate::output::Terminal;
-use crate::question::Question;
 use crate::scan::Memory;
 use crate::serve::events::Kind;
 use crate::serve::job::{Chart, Connect, Other, Part};
@@ -56,35 +54,19 @@ impl Worker {
         let words = wanted.words(&self.sheets)?;
         let (bus, _) = wanted.wanted(&self.sheets, self.config.as_deref(), Memory::default())?;
         let shown = [words, vec!["watch".to_owned()]].concat();
-        let number = self.begin(&shown);
-        let mut notes = self.notes(number);
-        let mut answers = Answers::new(&wanted.yes);
-        let mut terminal = Terminal {
-            json: true,
-            out: &mut std::io::sink(),
-            notes: &mut notes,
-            confirm: &mut |question: &Question| answers.confirm(question),
-            yes: &[],
-            stopped: self.stopped(),
-            bar: None,
-        };
-        let opened = connect::session(Box::new(lease.clone()), &bus, &mut terminal);
-        let added = opened.and_then(|(session, found)| {
-            self.connection += 1;
-            let mut added = Live::new(session, (found, self.connection), lease, self.samples)?;
-            if let State::Active(live) = &mut self.state {
+        let answers = Answers::new(&wanted.yes, &[]);
+        let added = self.action(&shown, &answers, |worker, terminal| {
+            let opened = connect::session(Box::new(lease.clone()), &bus, terminal);
+            let (session, found) = answers.instead(opened)?;
+            worker.connection += 1;
+            let number = worker.connection;
+            let mut added = Live::new(session, (found, number), lease, worker.samples)?;
+            if let State::Active(live) = &mut worker.state {
                 added.join(live)?;
                 live.go_on();
             }
             Ok(added)
         });
-        let added = match added {
-            Err(error) if error.kind() == Refusal::Usage && !answers.asked.is_empty() => {
-                Err(Asks(answers.asked).into())
-            }
-            added => added.map_err(on_request),
-        };
-        self.end(number, &shown, added.as_ref().err(), notes.all);
         self.others.push(added?);
         Ok(())
     }

@@ -107,31 +107,6 @@ impl Worker {
     }
 }
 
-/// The questions of a command. A yes is for the question that was shown, not for another one.
-pub(super) struct Answers<'a> {
-    yes: &'a [Question],
-    /// The questions without a yes: the page asks the user until one is answered with yes, and tries again.
-    pub(super) asked: Vec<Question>,
-}
-
-impl<'a> Answers<'a> {
-    pub(super) fn new(yes: &'a [Question]) -> Self {
-        Self {
-            yes,
-            asked: Vec::new(),
-        }
-    }
-
-    /// Whether the user has said yes to this question.
-    pub(super) fn confirm(&mut self, question: &Question) -> bool {
-        let is_yes = self.yes.contains(question);
-        if !is_yes {
-            self.asked.push(question.clone());
-        }
-        is_yes
-    }
-}
-
 /// A command of the page is not stopped by Ctrl-C.
 pub(super) fn on_request(failure: Error) -> Error {
     match failure.is_stopped() {
