@@ -141,18 +141,18 @@ impl Header {
         bytes
     }
 
-    /// Checks that the image with this first page is for a device with a slot of `size` bytes whose program has the version `present`; None:
+    /// Checks that the image with this first page, which has this CRC, is for a device with a slot of `size` bytes whose program has the version `present`; None:
     /// it has no program, or an older one is permitted.
     pub fn check(
         &self,
-        page: &[u8],
+        first_page: u32,
         device: &Device,
         size: usize,
         present: Option<u32>,
     ) -> Result<(), Unfit> {
         let is_other = |product: ImageId| product.number() != self.product;
         let is_length = (PAGE..=size).contains(&(self.length as usize));
-        if crc(&first_page_parts(page)) != self.first_page {
+        if first_page != self.first_page {
             Err(Unfit::Damaged)
         } else if self.board != device.board || self.layout != device.layout {
             Err(Unfit::Board)

@@ -3,7 +3,7 @@
 //! The first page of the body stays in RAM until all other pages are in the flash: without it there is no program. The flash of the present
 //! program is not changed until the header has been checked.
 
-use super::header::{COMMIT, Device, Header, PAGE, PLACE, SIZE, Unfit};
+use super::header::{COMMIT, Device, Header, PAGE, PLACE, SIZE, Unfit, first_page_parts};
 use super::slot::{Program, Slot, SlotError};
 
 /// The state of the program, with its number in object 1F57h (CiA 302-3).
@@ -212,7 +212,8 @@ impl Loader {
         let header = self.header()?;
         let present = program.header().map(|present| present.version);
         let present = present.filter(|_| !self.downgrade);
-        header.check(&self.first, device, S::SIZE, present)?;
+        let first_page = slot.crc(&first_page_parts(&self.first));
+        header.check(first_page, device, S::SIZE, present)?;
         self.length = header.length as usize;
         self.stage = Stage::Loading;
         *program = Program::None;

@@ -4,7 +4,8 @@
 //! - [`mod@slot`]: the flash of the program, and whether a program can be started;
 //! - [`loader`]: takes an image file in pieces, and never starts a mixture;
 //! - [`record`]: the identifiers and the bit rate with which the bootloader answers;
-//! - [`objects`]: the objects of CiA 302-3 for the SDO server of CiA 301.
+//! - [`objects`]: the objects of CiA 302-3;
+//! - [`UpdateServer`]: its SDO server.
 //!
 //! # A download
 //!
@@ -28,12 +29,14 @@ pub mod header;
 pub mod loader;
 pub mod objects;
 pub mod record;
+mod server;
 #[cfg(test)]
 mod simulated;
 pub mod slot;
 
 pub use header::{Device, Header, Unfit};
 pub use loader::{Failure, Loader, Status};
-pub use objects::{Command, Update, UpdateServer};
+pub use objects::Update;
 pub use record::Record;
+pub use server::UpdateServer;
 pub use slot::{Program, Slot, SlotError};

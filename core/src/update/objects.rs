@@ -1,12 +1,12 @@
-//! The objects of the bootloader (CiA 301 and CiA 302-3), for the [SDO server](crate::canopen::sdo).
+//! The objects of the bootloader (CiA 301 and CiA 302-3).
 //!
 //! | object | type | access | |
 //! |---|---|---|---|
 //! | 1000h | u32 | ro | 0: no device profile, so that a master sees that this is not the sensor |
 //! | 1001h | u8 | ro | error register: 01h without a program |
-//! | 1018h | u32 | ro | vendor, product code, revision (version of the program, or 0) and serial number of the sensor |
+//! | 1018h | u32 | ro | vendor, product code, revision (version of the program, or 0) and serial number of the sensor, as in the boot record |
 //! | 1F50h:01 | domain | wo | the image file |
-//! | 1F51h:01 | u8 | rw | 1: start the program, 2: restart, 3: clear, 81h: permit a lower version in the next download; reads 0 |
+//! | 1F51h:01 | u8 | rw | 1: start the program, 2: restart the bootloader, 3: clear, 81h: permit a lower version in the next download; reads 0 |
 //! | 1F56h:01 | u32 | ro | the CRC of the program; 0: none |
 //! | 1F57h:01 | u32 | ro | the [`Status`] of the last download |
 //!
@@ -17,52 +17,27 @@ use super::header::{self, Device, Unfit};
 use super::loader::{Failure, Loader, Status};
 use super::record::Record;
 use super::slot::{Program, Slot};
+use crate::canopen::Abort;
 use crate::canopen::sdo::message::Address;
-use crate::canopen::sdo::{Block, Objects, Server, Written};
-use crate::canopen::{Abort, Present};
-use crate::time::Instant;
-use heapless::Vec;
 
-/// The data of a block of a download, 31 segments of 7 bytes.
-const BLOCK: usize = 31 * 7;
-
-/// What the client commands, after the reply is sent.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum Command {
-    /// Starts the program.
-    Start,
-    /// Restarts the bootloader, which starts the program.
-    Restart,
-}
-
-/// An object of the bootloader.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum Object {
-    /// A number of this size in bytes that can only be read.
-    Number(u32, u8),
-    /// 1F50h:01.
-    Data,
-    /// 1F51h:01.
-    Control,
-}
+/// The value of 1F51h:01 that permits a lower version in the next download.
+const PERMIT_DOWNGRADE: u8 = 0x81;
 
 /// The update of the program in a slot `S`: the bootloader without its driver.
 #[derive(Debug)]
 pub struct Update<S> {
     slot: S,
     device: Device,
-    record: Record,
+    record: Option<Record>,
     program: Program,
     loader: Loader,
-    command: Option<Command>,
+    /// The client has commanded a restart.
+    restart: bool,
 }
-
-/// The SDO server of an [`Update`].
-pub type UpdateServer = Server<Object, Vec<u8, BLOCK>, Present<Block>>;
 
 impl<S: Slot> Update<S> {
     /// The bootloader of this device. An update that needs only its commit is completed.
-    pub fn new(mut slot: S, device: Device, record: Record) -> Self {
+    pub fn new(mut slot: S, device: Device, record: Option<Record>) -> Self {
         let program = Program::of(&slot);
         // If the flash fails, the program is loaded again.
         let program = program.complete(&mut slot).unwrap_or(Program::None);
@@ -72,7 +47,7 @@ impl<S: Slot> Update<S> {
             record,
             program,
             loader: Loader::new(),
-            command: None,
+            restart: false,
         }
     }
 
@@ -81,9 +56,10 @@ impl<S: Slot> Update<S> {
         &self.program
     }
 
-    /// What the client has commanded, once. The driver performs it when the reply is sent.
-    pub fn command(&mut self) -> Option<Command> {
-        self.command.take()
+    /// Whether the client has commanded a restart, once. The driver performs it when the reply is sent. Then the bootloader starts the
+    /// program.
+    pub fn take_restart(&mut self) -> bool {
+        core::mem::take(&mut self.restart)
     }
 
     /// 1F57h:01. Without a download, it tells whether there is a program.
@@ -94,101 +70,81 @@ impl<S: Slot> Update<S> {
         }
     }
 
+    /// The value of an object, and its size in bytes.
+    pub fn read(&self, Address { index, sub }: Address) -> Result<(u32, u8), Abort> {
+        let program = self.program.header();
+        let record = self.record.as_ref();
+        let number = match (index, sub) {
+            (0x1018, 0) => return Ok((4, 1)),
+            (0x1F50 | 0x1F51 | 0x1F56 | 0x1F57, 0) => return Ok((1, 1)),
+            (0x1001, 0) => return Ok((program.is_none().into(), 1)),
+            // The bootloader runs: the program is stopped.
+            (0x1F51, 1) => return Ok((0, 1)),
+            (0x1000, 0) => 0,
+            (0x1018, 1) => record.map_or(0, |record| record.vendor),
+            (0x1018, 2) => record.map_or(0, |record| record.product_code),
+            (0x1018, 3) => program.map_or(0, |program| program.version),
+            (0x1018, 4) => record.map_or(0, |record| record.serial),
+            (0x1F50, 1) => return Err(Abort::WriteOnly),
+            (0x1F56, 1) => program.map_or(0, |program| program.body),
+            (0x1F57, 1) => self.status() as u32,
+            (0x1000 | 0x1001 | 0x1018 | 0x1F50 | 0x1F51 | 0x1F56 | 0x1F57, _) => {
+                return Err(Abort::NoSubIndex);
+            }
+            _ => return Err(Abort::NoObject),
+        };
+        Ok((number, 4))
+    }
+
+    /// An expedited download of 1 to 4 bytes; None: as many as the object has.
+    pub fn write(
+        &mut self,
+        address: Address,
+        data: [u8; 4],
+        length: Option<u8>,
+    ) -> Result<(), Abort> {
+        let [value, ..] = data;
+        match (address.index, address.sub, length) {
+            (0x1F51, 1, None | Some(1)) => self.control(value),
+            (0x1F51, 1, Some(_)) => Err(Abort::TooLong),
+            (0x1F50, 1, _) => Err(Abort::TooShort),
+            _ => self.read(address).and(Err(Abort::ReadOnly)),
+        }
+    }
+
     fn control(&mut self, value: u8) -> Result<(), Abort> {
         match (value, self.program) {
-            (1, Program::Complete(_)) => self.command = Some(Command::Start),
-            (1, _) => return Err(Abort::DeviceState),
-            (2, _) => self.command = Some(Command::Restart),
+            (1, Program::None | Program::Uncommitted(_)) => return Err(Abort::DeviceState),
+            (1 | 2, _) => self.restart = true,
             (3, _) => self.loader.clear(),
             (PERMIT_DOWNGRADE, _) => self.loader.permit_downgrade(),
             _ => return Err(Abort::Value),
         }
         Ok(())
     }
-}
 
-/// The value of 1F51h:01 that permits a lower version in the next download.
-const PERMIT_DOWNGRADE: u8 = 0x81;
-
-impl<S: Slot> Objects for Update<S> {
-    type Object = Object;
-    type Text = Vec<u8, BLOCK>;
-    const WRITABLE: usize = header::SIZE + S::SIZE;
-
-    fn find(&self, Address { index, sub }: Address) -> Result<Object, Abort> {
-        let header = self.program.header();
-        let number = |value: u32| Ok(Object::Number(value, 4));
-        match (index, sub) {
-            (0x1000, 0) => number(0),
-            (0x1001, 0) => Ok(Object::Number(header.is_none().into(), 1)),
-            (0x1018, 0) => Ok(Object::Number(4, 1)),
-            (0x1018, 1) => number(self.record.vendor),
-            (0x1018, 2) => number(self.record.product_code),
-            (0x1018, 3) => number(header.map_or(0, |header| header.version)),
-            (0x1018, 4) => number(self.record.serial),
-            (0x1F50 | 0x1F51 | 0x1F56 | 0x1F57, 0) => Ok(Object::Number(1, 1)),
-            (0x1F50, 1) => Ok(Object::Data),
-            (0x1F51, 1) => Ok(Object::Control),
-            (0x1F56, 1) => number(header.map_or(0, |header| header.body)),
-            (0x1F57, 1) => number(self.status() as u32),
-            (0x1000 | 0x1001 | 0x1018 | 0x1F50 | 0x1F51 | 0x1F56 | 0x1F57, _) => {
-                Err(Abort::NoSubIndex)
+    /// Begins a segmented or block download of this many bytes.
+    pub fn begin(&self, address: Address, size: Option<u32>) -> Result<(), Abort> {
+        match (address.index, address.sub) {
+            (0x1F50, 1) if size.is_some_and(|size| size as usize > header::SIZE + S::SIZE) => {
+                Err(Abort::TooLong)
             }
-            _ => Err(Abort::NoObject),
+            (0x1F50, 1) => Ok(()),
+            // The other objects have at most four bytes.
+            (0x1F51, 1) => Err(Abort::TooLong),
+            _ => self.read(address).and(Err(Abort::ReadOnly)),
         }
     }
 
-    fn check_read(&self, object: Object, _sub: u8) -> Result<(), Abort> {
-        match object {
-            Object::Data => Err(Abort::WriteOnly),
-            Object::Number(..) | Object::Control => Ok(()),
-        }
+    /// Takes the next bytes of a download.
+    pub fn take(&mut self, data: &[u8]) -> Result<(), Abort> {
+        let (slot, program) = (&mut self.slot, &mut self.program);
+        Ok(self.loader.take(slot, &self.device, program, data)?)
     }
 
-    fn is_writable(object: Object) -> bool {
-        matches!(object, Object::Data | Object::Control)
-    }
-
-    fn size(object: Object) -> u8 {
-        match object {
-            Object::Number(_, size) => size,
-            Object::Control => 1,
-            Object::Data => 0,
-        }
-    }
-
-    fn number(&self, object: Object, _sub: u8) -> u32 {
-        match object {
-            Object::Number(value, _) => value,
-            // The bootloader runs: the program is stopped.
-            Object::Control | Object::Data => 0,
-        }
-    }
-
-    fn text(&self, _object: Object) -> Self::Text {
-        Vec::new()
-    }
-
-    fn take(&mut self, _now: Instant, address: Address, data: &[u8]) -> Result<bool, Abort> {
-        let is_file = self.find(address) == Ok(Object::Data);
-        if is_file {
-            self.loader
-                .take(&mut self.slot, &self.device, &mut self.program, data)?;
-        }
-        Ok(is_file)
-    }
-
-    fn write(&mut self, _now: Instant, object: Object, data: &[u8]) -> Result<Written, Abort> {
-        match (object, data) {
-            (Object::Data, _) => {
-                let (slot, program) = (&mut self.slot, &mut self.program);
-                self.loader.take(slot, &self.device, program, data)?;
-                self.loader.finish(slot, program)?;
-            }
-            (Object::Control, [value]) => self.control(*value)?,
-            _ => return Err(Abort::Length),
-        }
-        Ok(Written::Done)
+    /// Ends a download.
+    pub fn finish(&mut self) -> Result<(), Abort> {
+        Ok(self.loader.finish(&mut self.slot, &mut self.program)?)
     }
 }
 

@@ -9,26 +9,28 @@
 //! program can still tell it again after a power cut, because its flash is unchanged then.
 //!
 //! ```text
-//!  byte 0      1          2         4         8        12        16        20          24       28     30       32
-//!       +------+----------+---------+---------+--------+---------+---------+-----------+--------+------+--------+
-//!       | mark | bit rate | product | request | reply  | boot-up | vendor  | product   | serial | FFh  | CRC-16 |
-//!       | A5h  | u8       | u16     | u32     | u32    | u32     | u32     | code, u32 | number |      |        |
-//!       +------+----------+---------+---------+--------+---------+---------+-----------+--------+------+--------+
+//!  byte 0      1          2         4         8        12        16        20          24       28       32
+//!       +------+----------+---------+---------+--------+---------+---------+-----------+--------+--------+
+//!       | mark | bit rate | product | request | reply  | boot-up | vendor  | product   | serial | CRC-32 |
+//!       | A5h  | u8       | u16     | u32     | u32    | u32     | u32     | code, u32 | number |        |
+//!       +------+----------+---------+---------+--------+---------+---------+-----------+--------+--------+
 //! ```
 //!
 //! Numbers are little-endian. The bit rate is its place in [`BitRate::ALL`]. Bit 31 of an identifier means 29 bits. The CRC is
-//! CRC-16/XMODEM of the bytes before it.
+//! [that of a header](super::header::crc), of the bytes before it.
 
 use crate::can::{BitRate, CanId};
 use crate::store::ImageId;
-use crc::{CRC_16_XMODEM, Crc, NoTable};
 
 /// The length of an entry in bytes.
 pub const SIZE: usize = 32;
 
 const MARK: u8 = 0xA5;
 /// Bytes before the CRC.
-const CHECKED: usize = SIZE - 2;
+const CHECKED: usize = SIZE - 4;
+
+/// Calculates the CRC of some parts.
+pub type Crc = fn(&[&[u8]]) -> u32;
 
 /// What the bootloader knows of its sensor.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -51,11 +53,9 @@ pub struct Record {
     pub serial: u32,
 }
 
-const CRC: Crc<u16, NoTable> = Crc::<u16, NoTable>::new(&CRC_16_XMODEM);
-
 impl Record {
-    /// The entry.
-    pub fn bytes(&self) -> [u8; SIZE] {
+    /// The entry. `crc` is [that of a header](super::header::crc), or the unit of the board.
+    pub fn bytes(&self, crc: Crc) -> [u8; SIZE] {
         let rate = BitRate::ALL.iter().position(|rate| *rate == self.rate);
         let [a, b] = self.product.number().to_le_bytes();
         let numbers = [
@@ -71,18 +71,19 @@ impl Record {
             .into_iter()
             .chain(numbers);
         let mut bytes = [0xFF; SIZE];
-        let [content_place @ .., crc_low, crc_high] = &mut bytes;
-        for (to, from) in content_place.iter_mut().zip(content) {
+        for (to, from) in bytes.iter_mut().zip(content) {
             *to = from;
         }
-        [*crc_low, *crc_high] = CRC.checksum(content_place).to_le_bytes();
+        if let Some((content, check)) = bytes.split_last_chunk_mut() {
+            *check = crc(&[content]).to_le_bytes();
+        }
         bytes
     }
 
     /// The record in an entry; None if it is not valid.
-    pub fn parse(bytes: &[u8; SIZE]) -> Option<Self> {
-        let (content, crc) = bytes.split_at(CHECKED);
-        (CRC.checksum(content).to_le_bytes() == crc).then_some(())?;
+    pub fn parse(bytes: &[u8; SIZE], crc: Crc) -> Option<Self> {
+        let (content, check) = bytes.split_at(CHECKED);
+        (crc(&[content]).to_le_bytes() == check).then_some(())?;
         let (&[mark, rate, a, b], numbers) = content.split_first_chunk()?;
         let product = u16::from_le_bytes([a, b]);
         (mark == MARK && (1..0x8000).contains(&product)).then_some(())?;
@@ -106,12 +107,10 @@ impl Record {
 }
 
 /// The newest record in a page; None if there is none.
-pub fn newest(page: &[u8]) -> Option<Record> {
-    page.as_chunks()
-        .0
-        .iter()
-        .filter_map(Record::parse)
-        .next_back()
+pub fn newest(page: &[u8], crc: Crc) -> Option<Record> {
+    let entries = page.as_chunks().0.iter();
+    let mut records = entries.filter_map(|entry| Record::parse(entry, crc));
+    records.next_back()
 }
 
 /// The place of the next entry in a page; None if the page is full.
@@ -128,6 +127,7 @@ pub fn next_place(page: &[u8]) -> Option<usize> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::header::crc;
     use super::*;
 
     const RECORD: Record = Record {
@@ -143,33 +143,36 @@ mod tests {
 
     #[test]
     fn record_is_read_as_it_was_written() {
-        assert_eq!(Record::parse(&RECORD.bytes()), Some(RECORD));
+        assert_eq!(Record::parse(&RECORD.bytes(crc), crc), Some(RECORD));
     }
 
     #[test]
     fn each_wrong_bit_makes_an_entry_invalid() {
         for bit in 0..SIZE * 8 {
-            let mut bytes = RECORD.bytes();
+            let mut bytes = RECORD.bytes(crc);
             bytes[bit / 8] ^= 1 << (bit % 8);
-            assert_eq!(Record::parse(&bytes), None, "bit {bit}");
+            assert_eq!(Record::parse(&bytes, crc), None, "bit {bit}");
         }
     }
 
     #[test]
     fn newest_valid_entry_counts_and_an_interrupted_one_is_not_written_again() {
         let mut page = [0xFF; 4 * SIZE];
-        assert_eq!((newest(&page), next_place(&page)), (None, Some(0)));
-        page[..SIZE].copy_from_slice(&RECORD.bytes());
+        assert_eq!((newest(&page, crc), next_place(&page)), (None, Some(0)));
+        page[..SIZE].copy_from_slice(&RECORD.bytes(crc));
         let second = Record {
             serial: 2,
             ..RECORD
         };
-        page[SIZE..2 * SIZE].copy_from_slice(&second.bytes());
+        page[SIZE..2 * SIZE].copy_from_slice(&second.bytes(crc));
         // The power was cut after 6 bytes.
-        page[2 * SIZE..2 * SIZE + 6].copy_from_slice(&RECORD.bytes()[..6]);
-        assert_eq!(newest(&page), Some(second));
+        page[2 * SIZE..2 * SIZE + 6].copy_from_slice(&RECORD.bytes(crc)[..6]);
+        assert_eq!(newest(&page, crc), Some(second));
         assert_eq!(next_place(&page), Some(3 * SIZE));
-        page[3 * SIZE..].copy_from_slice(&RECORD.bytes());
-        assert_eq!((newest(&page), next_place(&page)), (Some(RECORD), None));
+        page[3 * SIZE..].copy_from_slice(&RECORD.bytes(crc));
+        assert_eq!(
+            (newest(&page, crc), next_place(&page)),
+            (Some(RECORD), None)
+        );
     }
 }

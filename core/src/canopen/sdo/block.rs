@@ -101,8 +101,6 @@ pub struct Block {
     acknowledged: usize,
     /// Download: the announced size in bytes, if it is indicated.
     announced: Option<u32>,
-    /// Download: the CRC of the data that the object has already taken.
-    crc: u16,
     /// Download: the last received segment. The number of its unused bytes follows with the end of the transfer.
     tail: Option<[u8; SEGMENT]>,
 }
@@ -117,7 +115,6 @@ impl Initial for Block {
         ended_by: 0,
         acknowledged: 0,
         announced: None,
-        crc: 0,
         tail: None,
     };
 }
@@ -133,21 +130,10 @@ impl Block {
         self.has_crc = has_crc;
     }
 
-    /// The CRC of all data, of which this is the last; 0 if the client does not check it.
+    /// The CRC of the data; 0 if the client does not check it.
     fn crc(&self, data: &[u8]) -> u16 {
         const CRC: Crc<u16, NoTable> = Crc::<u16, NoTable>::new(&CRC_16_XMODEM);
-        if !self.has_crc {
-            return 0;
-        }
-        // The CRC has no final XOR, so it continues from its value.
-        let mut digest = CRC.digest_with_initial(self.crc);
-        digest.update(data);
-        digest.finalize()
-    }
-
-    /// Includes data that the object has taken in the CRC.
-    pub(super) fn count(&mut self, data: &[u8]) {
-        self.crc = self.crc(data);
+        if self.has_crc { CRC.checksum(data) } else { 0 }
     }
 
     /// The next segment of an upload.
@@ -276,7 +262,7 @@ impl<O: Copy, B: Buffer, K: Feature<Block>> Server<O, B, K> {
                 Some(self.block_download(objects, now, address, bytes))
             }
             (Stage::Receiving | Stage::Received, command::ABORT) => None,
-            (Stage::Receiving, _) => Some(self.block_segment(objects, now, bytes)),
+            (Stage::Receiving, _) => Some(self.block_segment(now, bytes)),
             // The last segment, repeated.
             (Stage::Received, 0x81..=0x9F) => Some(Ok(None)),
             (Stage::Received, _) if command & command::DOWNLOAD_MASK == command::DOWNLOAD_END => {
@@ -386,12 +372,7 @@ impl<O: Copy, B: Buffer, K: Feature<Block>> Server<O, B, K> {
         Ok(Some(message::block_download_reply(address, DOWNLOAD_BLOCK)))
     }
 
-    fn block_segment<T: Objects<Object = O, Text = B>>(
-        &mut self,
-        objects: &mut T,
-        now: Instant,
-        bytes: [u8; 8],
-    ) -> Result<Option<[u8; 8]>, Abort> {
+    fn block_segment(&mut self, now: Instant, bytes: [u8; 8]) -> Result<Option<[u8; 8]>, Abort> {
         let [command, ..] = bytes;
         if !(1..=DOWNLOAD_BLOCK).contains(&(command & !LAST)) {
             return Err(Abort::SequenceNumber);
@@ -404,10 +385,6 @@ impl<O: Copy, B: Buffer, K: Feature<Block>> Server<O, B, K> {
         // A client that only sends segments out of sequence times out.
         if reply.is_some() || before != (block.stage, block.segments) {
             self.extend(now);
-        }
-        // A client listens at the end of a block only.
-        if reply.is_some() {
-            self.pass_on(objects, now)?;
         }
         Ok(reply)
     }
@@ -426,7 +403,7 @@ impl<O: Copy, B: Buffer, K: Feature<Block>> Server<O, B, K> {
         if !self.data.append(tail.get(..used).unwrap_or(&tail)) {
             return Err(Abort::TooLong);
         }
-        let length = self.taken + self.data.bytes().len() as u32;
+        let length = self.data.bytes().len() as u32;
         if block.announced.is_some_and(|size| size != length) {
             return Err(Abort::Length);
         }

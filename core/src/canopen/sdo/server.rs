@@ -72,16 +72,8 @@ pub trait Objects {
     /// The text in an object, or the eight bytes of a number of 64 bits.
     fn text(&self, object: Self::Object) -> Self::Text;
 
-    /// Takes the next piece of a download of an object that is longer than the buffer: the data of a segment or of a block, before
-    /// its confirmation. Returns false if the object takes the data as a whole, with [`write`](Self::write). An error ends the
-    /// transfer.
-    fn take(&mut self, now: Instant, address: Address, data: &[u8]) -> Result<bool, Abort> {
-        let _ = (now, address, data);
-        Ok(false)
-    }
-
-    /// Writes to a writable object. `data` has the size of the number or is a [misfit](Self::misfit), or is a text, or the rest
-    /// that was not [taken](Self::take). On an error, nothing changes.
+    /// Writes to a writable object. `data` has the size of the number or is a [misfit](Self::misfit), or is a text. On an error,
+    /// nothing changes.
     fn write(&mut self, now: Instant, object: Self::Object, data: &[u8]) -> Result<Written, Abort>;
 }
 
@@ -148,8 +140,6 @@ pub struct Server<O, B, K> {
     /// The address of that data.
     stored: Address,
     pub(super) data: B,
-    /// The bytes of the download that the object has already taken.
-    pub(super) taken: u32,
     pub(super) block: K,
 }
 
@@ -162,7 +152,6 @@ impl<O: Copy, B: Buffer, K: Feature<Block>> Server<O, B, K> {
         confirmation: 0,
         stored: Address { index: 0, sub: 0 },
         data: B::EMPTY,
-        taken: 0,
         block: K::INITIAL,
     };
 
@@ -266,7 +255,6 @@ impl<O: Copy, B: Buffer, K: Feature<Block>> Server<O, B, K> {
         }
         self.stage = Stage::Idle;
         self.address = address;
-        self.taken = 0;
         self.expires = Deadline::NEVER;
     }
 
@@ -399,13 +387,12 @@ impl<O: Copy, B: Buffer, K: Feature<Block>> Server<O, B, K> {
         if toggle != expected {
             return Err(Abort::Toggle);
         }
-        let length = self.length() + data.len() as u32;
-        if length > T::WRITABLE as u32 || !self.data.append(data) {
+        let length = self.data.bytes().len() + data.len();
+        if length > T::WRITABLE || !self.data.append(data) {
             return Err(Abort::TooLong);
         }
         let reply = message::download_segment_reply(toggle);
         if !last {
-            self.pass_on(objects, now)?;
             let stage = Stage::Download {
                 object,
                 toggle: !toggle,
@@ -414,6 +401,7 @@ impl<O: Copy, B: Buffer, K: Feature<Block>> Server<O, B, K> {
             self.wait(stage, now);
             return Ok(Some(reply));
         }
+        let length = self.data.bytes().len() as u32;
         if size.is_some_and(|size| size != length) {
             return Err(Abort::Length);
         }
@@ -421,28 +409,6 @@ impl<O: Copy, B: Buffer, K: Feature<Block>> Server<O, B, K> {
         let data = core::mem::replace(&mut self.data, B::EMPTY);
         let written = objects.write(now, object, data.bytes())?;
         Ok(self.answer(written, reply))
-    }
-
-    /// The length of the download so far, in bytes.
-    pub(super) fn length(&self) -> u32 {
-        self.taken + self.data.bytes().len() as u32
-    }
-
-    /// Passes the data on to an object that takes it in pieces.
-    pub(super) fn pass_on<T: Objects<Object = O, Text = B>>(
-        &mut self,
-        objects: &mut T,
-        now: Instant,
-    ) -> Result<(), Abort> {
-        let data = self.data.bytes();
-        if objects.take(now, self.address, data)? {
-            if let Some(block) = self.block.get_mut() {
-                block.count(data);
-            }
-            self.taken = self.length();
-            self.data = B::EMPTY;
-        }
-        Ok(())
     }
 
     /// The reply to a write, now or after the save.

@@ -63,16 +63,27 @@ fn header_has_the_layout_of_its_document() {
 #[test]
 fn image_for_the_device_is_accepted() {
     let (page, header) = page();
-    assert_eq!(header.check(&page, &DEVICE, 4096, None), Ok(()));
     assert_eq!(
-        header.check(&page, &DEVICE, 4096, Some(0x0001_0203)),
+        header.check(crc(&first_page_parts(&page)), &DEVICE, 4096, None),
+        Ok(())
+    );
+    assert_eq!(
+        header.check(
+            crc(&first_page_parts(&page)),
+            &DEVICE,
+            4096,
+            Some(0x0001_0203)
+        ),
         Ok(())
     );
     let any = Device {
         product: None,
         ..DEVICE
     };
-    assert_eq!(header.check(&page, &any, 4096, None), Ok(()));
+    assert_eq!(
+        header.check(crc(&first_page_parts(&page)), &any, 4096, None),
+        Ok(())
+    );
 }
 
 #[test]
@@ -85,7 +96,8 @@ fn each_wrong_bit_of_the_first_page_is_refused() {
             wrong[place] ^= 1 << bit;
             let bytes = wrong[PLACE..].first_chunk().unwrap();
             let header = Header::parse(bytes);
-            let result = header.map(|header| header.check(&wrong, &DEVICE, 1 << 30, None));
+            let result = header
+                .map(|header| header.check(crc(&first_page_parts(&wrong)), &DEVICE, 1 << 30, None));
             assert_ne!(result, Some(Ok(())), "byte {place}, bit {bit}");
         }
     }
@@ -94,7 +106,8 @@ fn each_wrong_bit_of_the_first_page_is_refused() {
 #[test]
 fn image_for_another_device_is_refused_with_its_reason() {
     let (page, header) = page();
-    let check = |device, size, present| header.check(&page, &device, size, present);
+    let check =
+        |device, size, present| header.check(crc(&first_page_parts(&page)), &device, size, present);
     let product = Some(ImageId::new(4));
     let cases = [
         (
