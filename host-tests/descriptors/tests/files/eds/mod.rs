@@ -1,6 +1,7 @@
 //! The Electronic Data Sheet: it is valid, it matches the manual, and the sensor matches it.
 
 mod download;
+mod others;
 mod planted;
 mod rules;
 mod sdo;
@@ -10,7 +11,7 @@ mod stranger;
 use descriptors::{describe, describe_all};
 use plumbline::model::catalog::find;
 use rules::complaints;
-use sdo::{Client, IMS360, IMS360_ONE_AXIS, JN2101, NO_OBJECT, NO_SUB_INDEX, Subject, differences};
+use sdo::{Client, IMS360, IMS360_ONE_AXIS, JN2101, Subject, differences};
 use sheet::{DataType, Sheet};
 use std::collections::BTreeSet;
 
@@ -270,38 +271,5 @@ fn identifiers_follow_the_node_id() {
         let expected = variable.default_at(32).map(|id| (id as u32).to_le_bytes());
         let read = client.read(variable.address).ok();
         assert_eq!(read, expected.map(Vec::from), "[{}]", variable.section);
-    }
-}
-
-#[test]
-fn sensor_has_no_other_objects() {
-    let sheet = Sheet::parse(&text());
-    let described: BTreeSet<_> = sheet
-        .variables()
-        .into_iter()
-        .map(|variable| variable.address)
-        .collect();
-    let indices: BTreeSet<_> = sheet.indices().into_iter().collect();
-    let mut client = Client::new(JN2101);
-    for index in 0..=u16::MAX {
-        let subs = if indices.contains(&index) {
-            0..=u8::MAX
-        } else {
-            0..=0
-        };
-        for sub in subs {
-            if described.contains(&(index, sub)) {
-                continue;
-            }
-            let expected = if indices.contains(&index) {
-                NO_SUB_INDEX
-            } else {
-                NO_OBJECT
-            };
-            let read = client.read((index, sub));
-            assert_eq!(read, Err(expected), "{index:04X}h:{sub:02X}");
-            let written = client.write((index, sub), &[0]);
-            assert_eq!(written, Err(expected), "{index:04X}h:{sub:02X}");
-        }
     }
 }
