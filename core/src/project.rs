@@ -51,6 +51,11 @@ macro_rules! project {
                 <Self as $crate::param::Table>::CONSTRAINTS,
             )
         };
+        const RELATIONS: &'static [$crate::param::Relation] = const {
+            &$crate::param::Constraint::relations::<
+                { <Self as $crate::param::Table>::CONSTRAINTS.len() },
+            >(<Self as $crate::param::Table>::CONSTRAINTS)
+        };
         const POOL: &'static [$crate::param::Limits] = const {
             &$crate::param::projection::pool::<
                 { $crate::param::projection::pool_size(<Self as $crate::param::Table>::PARAMETERS) },

@@ -1,7 +1,7 @@
 //! The description of a parameter.
 
 use crate::mistake::{Mistake, Origin};
-use crate::walk::{each, get};
+use crate::walk::{each, get, put};
 
 /// The id of a parameter: its index in the table of the product.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
@@ -293,9 +293,18 @@ impl Parameter {
     }
 }
 
-/// A condition for two parameters.
+/// A relation that two parameters of a table must have.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum Constraint {
+pub struct Constraint {
+    /// The relation.
+    pub relation: Relation,
+    /// The line of the row, for the message of a mistake.
+    pub origin: Origin,
+}
+
+/// A relation between two parameters.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Relation {
     /// They must have different values.
     Different(ParameterId, ParameterId),
     /// `parameter` must not exceed `high` while `other` has the value `number`. Both are unsigned.
@@ -309,6 +318,31 @@ pub enum Constraint {
         /// The value of `other` that limits it.
         number: u16,
     },
+}
+
+impl Constraint {
+    /// The parameters must have this relation.
+    #[track_caller]
+    pub const fn new(relation: Relation) -> Self {
+        Self {
+            relation,
+            origin: Origin::here(),
+        }
+    }
+
+    /// Two parameters must have different values.
+    #[track_caller]
+    pub const fn different(one: ParameterId, other: ParameterId) -> Self {
+        Self::new(Relation::Different(one, other))
+    }
+
+    /// The relations, in the form that the device uses.
+    pub const fn relations<const N: usize>(constraints: &[Self]) -> [Relation; N] {
+        let nothing = Relation::Different(ParameterId(0), ParameterId(0));
+        let mut relations = [nothing; N];
+        each!(place, constraint in constraints => { put(&mut relations, place, constraint.relation) });
+        relations
+    }
 }
 
 /// The id of a published value: its index in the quantities of the application.

@@ -54,7 +54,7 @@ pub use crate::mistake::Origin;
 pub use coding::{Coding, decode, meaning};
 pub use description::{
     Constraint, DataType, Meaning, Parameter, ParameterId, Permitted, Persistence, Quantity,
-    Ranges, ValueId,
+    Ranges, Relation, ValueId,
 };
 pub use real::{is_nan, is_nan_64, real32};
 pub use row::{Limits, ParameterRow, Refused};

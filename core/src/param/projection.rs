@@ -6,7 +6,7 @@ use super::row::{Limits, ParameterRow, ordered};
 use super::wide::WideLimits;
 use super::{
     Constraint, DataType, Parameter, ParameterId, ParameterSet, Permitted, Persistence, Quantity,
-    ValueId,
+    Relation, ValueId,
 };
 use crate::mistake::Mistake;
 use crate::walk::{at, each, put};
@@ -331,13 +331,13 @@ pub(crate) const fn permits(parameter: &Parameter, value: u32) -> bool {
 #[track_caller]
 const fn check_constraints(parameters: &[Parameter], constraints: &[Constraint]) {
     each!(place, constraint in constraints => {
-        let mistake = Mistake::row("constraint", place);
-        let fulfilled = match *constraint {
-            Constraint::Different(one, other) => {
+        let mistake = Mistake::row("constraint", place).at(constraint.origin);
+        let fulfilled = match constraint.relation {
+            Relation::Different(one, other) => {
                 constrained(mistake, parameters, one).factory
                     != constrained(mistake, parameters, other).factory
             }
-            Constraint::AtMost {
+            Relation::AtMost {
                 parameter,
                 high,
                 other,

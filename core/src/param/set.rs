@@ -1,6 +1,6 @@
 //! A set of parameters.
 
-use super::{Constraint, ParameterId};
+use super::{Constraint, ParameterId, Relation};
 use crate::walk::each;
 
 /// A set of parameters: one bit for each.
@@ -33,12 +33,12 @@ impl ParameterSet {
     pub const fn constrained(constraints: &[Constraint]) -> Self {
         let mut set = Self::EMPTY;
         each!(constraint in constraints => {
-            let (Constraint::Different(one, other)
-            | Constraint::AtMost {
+            let (Relation::Different(one, other)
+            | Relation::AtMost {
                 parameter: one,
                 other,
                 ..
-            }) = *constraint;
+            }) = constraint.relation;
             set = set.with(one).with(other);
         });
         set
@@ -85,13 +85,13 @@ mod tests {
     fn both_parameters_of_a_constraint_are_constrained() {
         let [a, b, c, d] = [3, 40, 70, 100].map(ParameterId);
         let constraints = [
-            Constraint::Different(a, b),
-            Constraint::AtMost {
+            Constraint::different(a, b),
+            Constraint::new(Relation::AtMost {
                 parameter: c,
                 high: 8,
                 other: d,
                 number: 2,
-            },
+            }),
         ];
         let set = ParameterSet::constrained(&constraints);
         assert_eq!(set, ParameterSet::of(&[a, b, c, d]));

@@ -6,15 +6,15 @@
 
 use super::row::{Limits, ParameterRow, Refused};
 use super::wide::WideLimits;
-use super::{Constraint, Parameter, ParameterId};
+use super::{Constraint, Parameter, ParameterId, Relation};
 use crate::store::Buffer;
 use core::fmt;
 use core::marker::PhantomData;
 
 /// The parameters of a product: their description, and the form that the device uses.
 ///
-/// [`project!(parameters)`](crate::project) derives `Numbers`, `FACTORY`, `PARAMETER_ROWS`, `POOL`, `STORED_SIZE`, `REALS` and `WIDE_LIMITS`
-/// from `PARAMETERS` and `CONSTRAINTS`, so that they always match.
+/// [`project!(parameters)`](crate::project) derives `Numbers`, `FACTORY`, `PARAMETER_ROWS`, `RELATIONS`, `POOL`, `STORED_SIZE`, `REALS` and
+/// `WIDE_LIMITS` from `PARAMETERS` and `CONSTRAINTS`, so that they always match.
 pub trait Table: Send + 'static {
     /// The description; the id of each row is its index.
     const PARAMETERS: &'static [Parameter];
@@ -29,6 +29,8 @@ pub trait Table: Send + 'static {
     const FACTORY: &'static Self::Numbers;
     /// The parameters in the form that the device uses.
     const PARAMETER_ROWS: &'static [ParameterRow];
+    /// The relations of the constraints.
+    const RELATIONS: &'static [Relation];
     /// The permitted ranges of the rows.
     const POOL: &'static [Limits];
     /// The size in bytes of the stored values.
@@ -122,9 +124,9 @@ impl<T: Table> Parameters<T> {
 
     /// Whether the values fulfil the constraints of the table.
     pub fn is_consistent(&self) -> bool {
-        T::CONSTRAINTS.iter().all(|constraint| match *constraint {
-            Constraint::Different(one, other) => self.get(one) != self.get(other),
-            Constraint::AtMost {
+        T::RELATIONS.iter().all(|relation| match *relation {
+            Relation::Different(one, other) => self.get(one) != self.get(other),
+            Relation::AtMost {
                 parameter,
                 high,
                 other,
@@ -281,7 +283,7 @@ mod tests {
 
     impl Table for Newer {
         const PARAMETERS: &'static [Parameter] = &PARAMETERS;
-        const CONSTRAINTS: &'static [Constraint] = &[Constraint::Different(A, C)];
+        const CONSTRAINTS: &'static [Constraint] = &[Constraint::different(A, C)];
         crate::project!(parameters);
     }
 

@@ -4,6 +4,7 @@ use plumbline::can::BitRate;
 use plumbline::fsc::table::{Access, Field, Function, LedTable, Operation, Roles, Source};
 use plumbline::fsc::{Article, Condition, Own, Product, StatusBit};
 use plumbline::node::{ErrorPatterns, Pattern};
+use plumbline::param::{Constraint, Relation};
 use plumbline::prelude::*;
 
 include!(concat!(
@@ -42,6 +43,10 @@ impl Table for Mast {
             },
         ],
         Parameter::new(TOTAL, "Total", DataType::U64).wide_within(0, 1_000_000_000_000, 7),
+    ];
+    const CONSTRAINTS: &'static [Constraint] = &[
+        Constraint::different(LIMIT, RECOVERY),
+        Constraint::new(Relation::AtMost { parameter: CYCLIC_TIME, high: 500, other: CYCLIC_MODE, number: 1 }),
     ];
     plumbline::project!(parameters);
 }

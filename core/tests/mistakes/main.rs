@@ -143,6 +143,10 @@ const DYNAMIC: &[Mistake] = &[
 
 #[rustfmt::skip]
 const FSC: &[Mistake] = &[
+    ("different(LIMIT, RECOVERY)", "different(LIMIT, ParameterId(99))", PARAMETERS, CHANGED, "constraint 0: the table has no parameter 99"),
+    ("different(LIMIT, RECOVERY)", "different(RECOVERY, BIT_RATE)", PARAMETERS, CHANGED, "constraint 0: the factory values must fulfil the constraints"),
+    ("parameter: CYCLIC_TIME", "parameter: ZERO", PARAMETERS, CHANGED, "constraint 1: both parameters are unsigned"),
+    ("high: 500, other: CYCLIC_MODE, number: 1", "high: 99, other: CYCLIC_MODE, number: 0", PARAMETERS, CHANGED, "constraint 1: the factory values must fulfil the constraints"),
     ("0x18, 0x28", "0x18, 0x20", FUNCTIONS, CHANGED, "code 20h \"Zero and limit\": another row has this code"),
     ("&[ZERO, LIMIT]", "&[]", FUNCTIONS, CHANGED, "code 18h \"Zero and limit\": it reads no parameter"),
     ("&[ZERO, LIMIT]", "&[ZERO, ZERO]", FUNCTIONS, CHANGED, "code 18h \"Zero and limit\": it has a parameter twice"),

@@ -59,8 +59,8 @@ impl Table for Both {
         profile::tpdo_communication(id::TPDO, 0x180),
     ];
     const CONSTRAINTS: &'static [Constraint] = &[
-        Constraint::Different(id::SET_ID, id::REPLY_ID),
-        Constraint::Different(id::LIMIT, id::NODE_ID),
+        Constraint::different(id::SET_ID, id::REPLY_ID),
+        Constraint::different(id::LIMIT, id::NODE_ID),
     ];
     plumbline::project!(parameters);
 }

@@ -15,7 +15,7 @@ use crate::session::Session;
 use crate::sheet::{Entry, Origin};
 use plumbline::can::CanId;
 use plumbline::model::catalog::Product;
-use plumbline::param::{Constraint, ParameterId};
+use plumbline::param::{ParameterId, Relation};
 use plumbline::time::{Duration, millis};
 
 /// Checked values with their entries.
@@ -112,11 +112,11 @@ fn is_exclusive(product: &Product, entry: &Entry) -> bool {
     product
         .constraints
         .iter()
-        .any(|constraint| match *constraint {
-            Constraint::Different(one, other) => [one, other]
+        .any(|constraint| match constraint.relation {
+            Relation::Different(one, other) => [one, other]
                 .iter()
                 .any(|id| entry.origin == Origin::Parameter(*id)),
-            Constraint::AtMost { .. } => false,
+            Relation::AtMost { .. } => false,
         })
 }
 
@@ -150,7 +150,7 @@ fn identifiers(session: &mut Session, values: Values) -> Result<(), Error> {
     let mut present: Vec<(ParameterId, u32)> = Vec::new();
     let constraints = session.sheet.product.constraints;
     for constraint in constraints.iter().filter(|_| !values.is_empty()) {
-        if let Constraint::Different(one, other) = *constraint {
+        if let Relation::Different(one, other) = constraint.relation {
             for id in [one, other] {
                 if !present.iter().any(|(own, _)| *own == id) {
                     let entry = session.entry(id)?;

@@ -9,7 +9,7 @@ use crate::eds::DataSheet;
 use crate::error::NumberError;
 use crate::number::Scale;
 use plumbline::model::catalog::Product;
-use plumbline::param::{Constraint, DataType, Meaning, ParameterId, Permitted, ValueId};
+use plumbline::param::{Constraint, DataType, Meaning, ParameterId, Permitted, Relation, ValueId};
 
 /// Where an entry is on the bus.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -192,13 +192,13 @@ impl Sheet {
     pub fn broken(&self, constraint: &Constraint, first: u32, second: u32) -> Option<NumberError> {
         let (one, other) = parameters(constraint);
         let (one, other) = (self.parameter(one)?, self.parameter(other)?);
-        match *constraint {
-            Constraint::Different(..) if first == second => Some(NumberError::Same(
+        match constraint.relation {
+            Relation::Different(..) if first == second => Some(NumberError::Same(
                 one.name.clone(),
                 other.name.clone(),
                 one.text(first),
             )),
-            Constraint::AtMost { high, number, .. }
+            Relation::AtMost { high, number, .. }
                 if second == u32::from(number) && first > u32::from(high) =>
             {
                 let (limit, with) = (one.text(high.into()), other.text(second));
@@ -230,9 +230,9 @@ impl Sheet {
 
 /// The two parameters of a constraint.
 pub fn parameters(constraint: &Constraint) -> (ParameterId, ParameterId) {
-    match *constraint {
-        Constraint::Different(one, other) => (one, other),
-        Constraint::AtMost {
+    match constraint.relation {
+        Relation::Different(one, other) => (one, other),
+        Relation::AtMost {
             parameter, other, ..
         } => (parameter, other),
     }

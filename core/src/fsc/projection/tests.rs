@@ -93,7 +93,7 @@ fn flags_describe_parameters_of_row() {
         &[ParameterId(0)],
         &[ParameterId(0), ParameterId(2)],
     ];
-    let different = [Constraint::Different(ParameterId(2), ParameterId(1))];
+    let different = [Constraint::different(ParameterId(2), ParameterId(1))];
     assert_eq!(flags(cyclic, &ROLES, &[]), OWN | CYCLIC_TIME);
     assert_eq!(
         flags(cyclic, &ROLES, &different),
@@ -117,7 +117,7 @@ fn row_knows_whether_it_has_several_fields_and_is_constrained() {
             ..access(0x12, 0x22)
         },
     ];
-    const CONSTRAINTS: &[Constraint] = &[Constraint::Different(ParameterId(3), ParameterId(4))];
+    const CONSTRAINTS: &[Constraint] = &[Constraint::different(ParameterId(3), ParameterId(4))];
     let codes = Codes::new(
         const { &groups(ACCESS, &[]) },
         const { &rows::<{ row_count(ACCESS, &[]) }>(ACCESS, &[], &ROLES, CONSTRAINTS) },

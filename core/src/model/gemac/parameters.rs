@@ -3,7 +3,7 @@
 use crate::can::BitRate;
 use crate::fsc::wire::IDENTIFIERS;
 use crate::measure::low_pass::Kind;
-use crate::param::{Coding, Constraint, DataType, Parameter, ParameterId, Permitted};
+use crate::param::{Coding, Constraint, DataType, Parameter, ParameterId, Permitted, Relation};
 
 /// The ids of the parameters: their indices in the tables. They also define the order in the stored image.
 pub mod id {
@@ -71,15 +71,15 @@ pub(super) static FILTER_KINDS: [Kind; 3] = FILTER_CODING.sequence();
 /// The constraints between parameters: the identifiers are different (section 9.10.2), and the cut-off frequency is in the range
 /// of the filter type (section 9.10.5).
 pub(super) const CONSTRAINTS: &[Constraint] = &[
-    Constraint::Different(id::SET_ID, id::REPLY_ID),
-    Constraint::Different(id::SET_ID, id::SYNC_ID),
-    Constraint::Different(id::REPLY_ID, id::SYNC_ID),
-    Constraint::AtMost {
+    Constraint::different(id::SET_ID, id::REPLY_ID),
+    Constraint::different(id::SET_ID, id::SYNC_ID),
+    Constraint::different(id::REPLY_ID, id::SYNC_ID),
+    Constraint::new(Relation::AtMost {
         parameter: id::CUT_OFF,
         high: *Kind::CriticallyDamped.cutoffs().end(),
         other: id::FILTER_TYPE,
         number: CRITICALLY_DAMPED,
-    },
+    }),
 ];
 
 #[track_caller]

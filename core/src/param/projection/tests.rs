@@ -120,13 +120,13 @@ fn bytes(a: i32, b: i32) -> [Parameter; 2] {
     ]
 }
 
-const DIFFERENT: &[Constraint] = &[Constraint::Different(A, B)];
-const AT_MOST: &[Constraint] = &[Constraint::AtMost {
+const DIFFERENT: &[Constraint] = &[Constraint::different(A, B)];
+const AT_MOST: &[Constraint] = &[Constraint::new(Relation::AtMost {
     parameter: A,
     high: 8,
     other: B,
     number: 2,
-}];
+})];
 
 #[test]
 fn factory_values_that_fulfil_the_constraints_are_accepted() {

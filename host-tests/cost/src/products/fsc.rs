@@ -7,7 +7,7 @@ use plumbline::can::BitRate;
 use plumbline::fsc::table::{Access, Function, Operation};
 use plumbline::model::catalog::{Product, Written};
 use plumbline::model::listing::fsc::Tables;
-use plumbline::param::{Constraint, Parameter, ParameterId, Permitted};
+use plumbline::param::{Constraint, Parameter, ParameterId, Permitted, Relation};
 use plumbline::time::millis;
 
 /// A code that no product has.
@@ -159,8 +159,8 @@ impl Source<'_> {
         let Permitted::Range(lowest, highest) = self.parameter(id).permitted else {
             return None;
         };
-        let limit = |constraint: &Constraint| match *constraint {
-            Constraint::AtMost {
+        let limit = |constraint: &Constraint| match constraint.relation {
+            Relation::AtMost {
                 parameter,
                 high,
                 other,
