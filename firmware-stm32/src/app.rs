@@ -7,9 +7,11 @@
 //! The loop sleeps until an interrupt has an event for it, or until the time of `App::wake`: the next sample, or the deadline of
 //! the node if it is earlier. SysTick triggers the alarm, so the resolution of deadlines is one millisecond.
 
-use crate::board::{self, Board, CanPeripheral, ImuWires, StatusLeds, Switches, Watchdog};
+use crate::board::{
+    self, Board, CanPeripheral, Configuration, ImuWires, StatusLeds, Switches, Watchdog,
+};
 use crate::can::mailboxes::Mailboxes;
-use crate::can::{Bus, BusEvents};
+use crate::can::{self, Bus, BusEvents};
 use crate::flash::ParameterFlash;
 use crate::imu::Element;
 use crate::link::Shared;
@@ -39,6 +41,14 @@ pub unsafe fn run<N: ProductNode, E: Element>(
 ) -> ! {
     // SAFETY: the caller calls this function only once.
     let board = unsafe { Board::take() };
+    if N::Application::MEASURES_SUPPLY {
+        board::start_adc();
+    }
+    can::set_priorities();
+    // Before the erase of the flash, which takes long. None only on a second call.
+    let Some(configuration) = Configuration::read() else {
+        SCB::sys_reset()
+    };
     let Parts {
         mut watchdog,
         store,
@@ -47,9 +57,6 @@ pub unsafe fn run<N: ProductNode, E: Element>(
         switches,
         can,
     } = start::<N, E>(board, article, store, element);
-    if N::Application::MEASURES_SUPPLY {
-        board::start_adc();
-    }
     let now = clock::now();
     let mut boot = store.boot();
     if !boot.fit(E::PART) {
@@ -68,7 +75,7 @@ pub unsafe fn run<N: ProductNode, E: Element>(
     };
     link.start(communication, line);
     // None only on a second call.
-    let Some(bus) = Bus::new(can) else {
+    let Some(bus) = Bus::new(can, configuration) else {
         SCB::sys_reset()
     };
     let mut app = App {

@@ -87,8 +87,8 @@ enum Change {
 }
 
 /// Gives the interrupts of the controller and SysTick the same priority: none of them interrupts another one. That of the pulses
-/// ([`on_pulse`]) keeps a higher priority.
-fn set_priorities() {
+/// ([`on_pulse`]) keeps a higher priority. Call it before [`Bus::new`].
+pub fn set_priorities() {
     const LOWER: u8 = 0x10;
     // SAFETY: no critical section depends on a priority, and this is the only code that changes them, before the interrupts are enabled.
     unsafe {
@@ -136,17 +136,19 @@ pub struct Bus {
     /// The filters of the controller.
     banks: Banks,
     /// The registers of the board, and the time of the next comparison.
-    configuration: Configuration,
+    configuration: &'static mut Configuration,
     inspection: Instant,
 }
 
 impl Bus {
     /// Takes the controller and keeps it in sleep mode, off the bus. None on a second call.
-    pub fn new(peripheral: CanPeripheral) -> Option<&'static mut Self> {
+    pub fn new(
+        peripheral: CanPeripheral,
+        configuration: &'static mut Configuration,
+    ) -> Option<&'static mut Self> {
         // The change from sleep to initialization mode and back is independent of the bus. A dead controller does not acknowledge it; then
         // the watchdog, which runs since the start of the boot, ends the wait.
         let can = bxcan::Can::builder(Controller(peripheral)).leave_disabled();
-        set_priorities();
         unmask_interrupts();
         singleton!(: Bus = Bus {
             can,
@@ -156,7 +158,7 @@ impl Bus {
             overruns: 0,
             pulses: Pulses::NONE,
             banks: Banks::NONE,
-            configuration: Configuration::read(),
+            configuration,
             inspection: clock::now(),
         })
     }

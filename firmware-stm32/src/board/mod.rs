@@ -3,8 +3,8 @@
 use crate::flash::ParameterFlash;
 use crate::silicon;
 use core::sync::atomic::{AtomicU8, Ordering};
-use cortex_m::peripheral::SYST;
 use cortex_m::peripheral::syst::SystClkSource;
+use cortex_m::peripheral::{SCB, SYST};
 use plumbline::node::Leds;
 use plumbline::store::crc32;
 
@@ -72,6 +72,12 @@ fn serial(unique_id: [u32; 3]) -> u32 {
         crc = crc32(crc, &word.to_le_bytes());
     }
     crc
+}
+
+/// Resets the chip, with CAN_TX recessive and the heater off before.
+pub fn restart() -> ! {
+    make_safe();
+    SCB::sys_reset()
 }
 
 /// Waits by counting instructions, at least this number of microseconds.

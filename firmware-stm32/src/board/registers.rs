@@ -1,6 +1,8 @@
-//! The configuration of clocks, pins and timers after the boot. If a disturbance changes a register, the firmware writes it again.
+//! The configuration of clocks, pins and timers after the boot. If a disturbance changes a register, the firmware writes it again. It restarts
+//! if the hardware does not permit the write while the bits are in use.
 
-use super::REGISTERS;
+use super::{REGISTERS, restart};
+use cortex_m::singleton;
 
 /// The key that AIRCR needs in a write.
 const AIRCR_KEY: u32 = 0x05FA << 16;
@@ -37,6 +39,8 @@ pub struct Register {
     address: usize,
     /// The bits that only the boot changes.
     mask: u32,
+    /// Those of them that can only be written at the boot.
+    fixed: u32,
     /// The value to write in the other bits. None: their present value.
     others: Option<u32>,
     /// The register and the key that permit a write.
@@ -49,6 +53,7 @@ impl Register {
         Self {
             address,
             mask,
+            fixed: 0,
             others: None,
             key: None,
         }
@@ -60,6 +65,11 @@ impl Register {
             others: Some(value),
             ..self
         }
+    }
+
+    /// These bits can only be written at the boot.
+    pub(super) const fn with_fixed(self, fixed: u32) -> Self {
+        Self { fixed, ..self }
     }
 
     /// A write needs this key in the register at `address`.
@@ -96,21 +106,25 @@ const COUNT: usize = CORE.len() + WATCHDOG.len() + REGISTERS.len();
 pub struct Configuration([u32; COUNT]);
 
 impl Configuration {
-    /// The present configuration. Call it at the end of the boot.
-    pub fn read() -> Self {
-        let mut values = [0; COUNT];
-        for (value, register) in values.iter_mut().zip(registers()) {
+    /// The present configuration. Call it as soon as all registers are set. None on a second call.
+    pub fn read() -> Option<&'static mut Self> {
+        let configuration = singleton!(: Configuration = Configuration([0; COUNT]))?;
+        for (value, register) in configuration.0.iter_mut().zip(registers()) {
             *value = register.read();
         }
-        Self(values)
+        Some(configuration)
     }
 
-    /// Writes the registers that have changed. The clocks come first in the table, because a peripheral without a clock loses a write.
-    /// Returns true if one has changed.
+    /// Writes the registers that have changed, or restarts. The clocks come first in the table, because a peripheral without a clock loses a
+    /// write. Returns true if a register has changed.
     pub fn restore(&self) -> bool {
         let mut changed = false;
         for (value, register) in self.0.iter().zip(registers()) {
             let present = register.read();
+            if (present ^ value) & register.fixed != 0 {
+                error!("restart: {=usize:#x} is disturbed", register.address);
+                restart();
+            }
             if (present ^ value) & register.mask != 0 {
                 let others = register.others.unwrap_or(present);
                 register.write(others & !register.mask | value & register.mask);

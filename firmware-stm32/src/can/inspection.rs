@@ -1,5 +1,5 @@
 //! A disturbance can change a configuration register. Then the sensor could stop sending although its program runs. So the firmware
-//! compares the configuration ten times a second with the values of the boot, and restores it.
+//! compares the configuration ten times a second with the values of the boot, and restores it or restarts.
 
 use super::{Bus, Change, transmit, unmask_interrupts};
 use crate::board;
@@ -44,6 +44,11 @@ impl Bus {
             }
             return;
         }
+        if self.registers().esr().read().boff().bit_is_set() {
+            // The disturbance can be its cause, for example a wrong bit rate, and the node does not end it without a recovery.
+            error!("restart: bus-off with a disturbed CAN controller");
+            board::restart();
+        }
         warn!("the disturbed CAN controller is restored");
         transmit::abort_all();
         // RCC resets the controller: a disturbance can have set silent mode, in which the transmit output can stay dominant until such a
@@ -51,7 +56,7 @@ impl Bus {
         self.reset(true);
     }
 
-    /// Whether the controller has the configuration that was set, or is in bus-off, which only the node ends.
+    /// Whether the controller has the configuration that was set.
     fn is_as_set(&mut self, timing: u32) -> bool {
         let banks = &self.banks;
         let registers = &self.can.instance().0;
@@ -62,11 +67,10 @@ impl Bus {
         });
         let nart = if single { NART } else { 0 };
         let status = registers.msr().read().bits();
-        registers.esr().read().boff().bit_is_set()
-            || control == TXFP | nart
-                && status & OFF_THE_BUS == 0
-                && registers.btr().read().bits() == timing
-                && registers.ier().read().bits() == INTERRUPTS
-                && banks.are_set(registers)
+        control == TXFP | nart
+            && status & OFF_THE_BUS == 0
+            && registers.btr().read().bits() == timing
+            && registers.ier().read().bits() == INTERRUPTS
+            && banks.are_set(registers)
     }
 }

@@ -134,6 +134,12 @@ impl Protocol {
         };
     }
 
+    /// Changes timing and mode without leaving the bus, from the next bit on: a fault of the controller.
+    pub fn retime(&mut self, timing: BitTiming, silent: bool) {
+        self.clock.retime(timing);
+        self.silent = silent;
+    }
+
     /// Stops taking part at once; a current frame is aborted. The error counters stay.
     pub fn leave(&mut self) {
         self.phase = Phase::Off;

@@ -95,16 +95,16 @@ impl Afio {
         }
     }
 
-    /// Inverts bits of the register at `offset`. What is read of SWJ_CFG does not show it.
+    /// Inverts bits of the register at `offset`. What is read of SWJ_CFG does not show it. False if the register does not have all bits.
     pub fn disturb(&mut self, offset: u32, bits: u32) -> bool {
         match offset {
-            0x04 => {
-                self.remap ^= bits & 0x001F_FFFF;
-                self.debug_port ^= bits >> 24 & 0b111;
+            0x04 if bits & !(DEBUG_PORT | 0x001F_FFFF) == 0 => {
+                self.remap ^= bits & !DEBUG_PORT;
+                self.debug_port ^= bits >> 24;
                 true
             }
-            0x08 | 0x0C | 0x10 | 0x14 => {
-                self.interrupt_sources[offset as usize / 4 - 2] ^= bits & 0xFFFF;
+            0x08 | 0x0C | 0x10 | 0x14 if bits & !0xFFFF == 0 => {
+                self.interrupt_sources[offset as usize / 4 - 2] ^= bits;
                 true
             }
             _ => false,

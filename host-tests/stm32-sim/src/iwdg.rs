@@ -166,7 +166,7 @@ impl Iwdg {
         Ok(())
     }
 
-    /// A disturbance inverts bits of the register at `offset`. False for another register than PR and RLR.
+    /// A disturbance inverts bits of the register at `offset`. False unless all of them are in PR or RLR.
     pub fn disturb(&mut self, now: Picoseconds, offset: u32, bits: u32) -> bool {
         self.settle(now);
         let (register, mask) = match offset {
@@ -174,7 +174,10 @@ impl Iwdg {
             0x08 => (&mut self.reload, 0xFFF),
             _ => return false,
         };
-        register.new = Some((register.value ^ bits as u16 & mask, now));
+        if bits & !mask != 0 {
+            return false;
+        }
+        register.new = Some((register.value ^ bits as u16, now));
         self.settle(now);
         self.expires_at = self.next_expiry();
         true

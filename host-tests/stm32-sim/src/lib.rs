@@ -7,6 +7,7 @@
 //! - [`elf`]: the image: segments, symbols, and the part of the project that each byte belongs to
 //! - [`image`]: its size; [`firmware`]: builds the images
 //! - [`rtt`]: the log of a program, as a probe reads it
+//! - [`svd`]: the registers of a chip, as its maker describes them
 //! - [`silicon`]: the differences between clones of a microcontroller
 //! - [`timebase`] and [`violation`]: shared types
 //! - [`io`]: the interface between the processor and the peripherals
@@ -53,6 +54,7 @@ pub mod rtt;
 pub mod signature;
 pub mod silicon;
 pub mod spi;
+pub mod svd;
 pub mod timebase;
 pub mod timer;
 pub mod violation;

@@ -60,6 +60,8 @@ const LEVEL_SHIFT: u32 = 5;
 const BACKUP_ACCESS: u32 = 1 << 8;
 /// VOS, only on the STM32F446. It has no effect.
 const VOLTAGE_SCALE: u32 = 0b11 << 14;
+/// FISSR and FMSSR, only on the STM32F446: the flash stops while the processor runs.
+const FLASH_STOP: u32 = 0b11 << 20;
 const WRITABLE: u32 = LOW_POWER | DETECTOR_ENABLE | 0b111 << LEVEL_SHIFT | BACKUP_ACCESS;
 
 // PWR_CSR.
@@ -241,6 +243,22 @@ impl Pwr {
             0x04 => Ok(self.status),
             _ => Err(AccessError::Unmapped),
         }
+    }
+
+    /// A disturbance inverts bits of PWR_CR. False if the register does not have all of them.
+    pub fn disturb(&mut self, offset: u32, bits: u32) -> bool {
+        // CWUF and CSBF are commands.
+        let defined = if self.scale == 0 { 0x1F3 } else { 0x003F_EFF3 };
+        let defined = offset == 0 && bits & !defined == 0;
+        if defined {
+            self.control ^= bits;
+        }
+        defined
+    }
+
+    /// True if the processor cannot read the flash.
+    pub fn stops_flash(&self) -> bool {
+        self.control & FLASH_STOP != 0
     }
 
     /// Writes the register at `offset`.

@@ -16,6 +16,7 @@
 //!
 //! All other registers, among them RCC_BDCR, are not modelled.
 
+mod disturbance;
 mod failure;
 mod frequencies;
 mod layout;
@@ -152,7 +153,7 @@ pub struct Rcc {
     crystal_stops: Option<Picoseconds>,
     /// CSSF: the clock security system has detected a failure of HSE.
     failure: bool,
-    /// SYSCLK has stopped with the crystal.
+    /// SYSCLK has stopped.
     stopped: bool,
 }
 
@@ -440,7 +441,8 @@ impl Rcc {
     pub fn settle(&mut self, cycle: u64) {
         let now = self.timebase.time_at(cycle);
         if self.crystal_stops.take_if(|at| *at <= now).is_some() {
-            self.lose_crystal();
+            self.crystal_broken = true;
+            self.lose_hse();
         }
         let ready = |source| self.oscillator(source).is_some_and(|ready| ready <= now);
         if let Some(chosen) = self.chosen().filter(|source| ready(*source)) {

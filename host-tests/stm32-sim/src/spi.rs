@@ -12,7 +12,8 @@
 //!
 //! Functions that are not modelled (slave, one line, CRC, hardware slave select, least significant bit first, DMA) are
 //! violations. But a master that only receives (RXONLY; BIDIMODE without BIDIOE) gets frames without end, as a disturbance can cause it:
-//! RXNE and OVR are set at once, and BSY only with RXONLY (RM0008, SPI status flags).
+//! RXNE and OVR are set at once, and BSY only with RXONLY (RM0008, SPI status flags). In the TI mode of the STM32F446 (FRF), NSS is not that
+//! of the part: nothing is received.
 
 use super::io::AccessError;
 use super::timebase::Picoseconds;
@@ -49,6 +50,9 @@ const TRANSMIT_EMPTY: u32 = 1 << 1;
 const MODE_FAULT: u32 = 1 << 5;
 const OVERRUN: u32 = 1 << 6;
 const BUSY: u32 = 1 << 7;
+
+/// TI mode, only on the STM32F446.
+const FRAME_FORMAT: u32 = 1 << 4;
 
 /// The highest clock of the connected part, in Hz (ISM330DHCX datasheet, SPI timing).
 const FASTEST: u32 = 10_000_000;
@@ -120,6 +124,16 @@ impl Spi {
     /// The frequency of SCK in Hz.
     pub fn bit_rate(&self, clocks: Clocks) -> u32 {
         clocks.pclk / self.prescaler()
+    }
+
+    /// True in TI mode.
+    pub fn is_in_ti_mode(&self) -> bool {
+        self.cr2 & FRAME_FORMAT != 0
+    }
+
+    /// A disturbance inverts FRF in SPI_CR2.
+    pub fn disturb_frame_format(&mut self) {
+        self.cr2 ^= FRAME_FORMAT;
     }
 
     /// True while a frame is on the wires.

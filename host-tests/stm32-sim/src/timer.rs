@@ -20,6 +20,7 @@ use super::violation::Violations;
 // TIMx_CR1.
 const ENABLE: u32 = 1 << 0;
 const UPDATE_SOURCE: u32 = 1 << 2;
+const ONE_PULSE: u32 = 1 << 3;
 const PRELOAD: u32 = 1 << 7;
 
 /// The bits of TIMx_CR2 and TIMx_SMCR.
@@ -88,6 +89,33 @@ impl Timer {
             0x34..=0x40 => self.compares[(offset as usize - 0x34) / 4],
             _ => return Err(AccessError::Refused("TIM: register not modelled")),
         })
+    }
+
+    /// A disturbance inverts bits of a register with 16 bits. False if it does not have all of them.
+    ///
+    /// Neither direction nor alignment of the counter change the duty. With OPM the counter stops at its next update event.
+    pub fn disturb(&mut self, offset: u32, bits: u32) -> bool {
+        let (register, defined) = match offset {
+            0x00 => (&mut self.control, 0x3FF),
+            0x04 | 0x08 => {
+                let place = (offset as usize - 0x04) / 4;
+                (&mut self.trigger[place], TRIGGER[place])
+            }
+            0x18 | 0x1C => (&mut self.modes[(offset as usize - 0x18) / 4], 0xFFFF),
+            0x20 => (&mut self.outputs, 0x3333),
+            0x28 => (&mut self.prescaler, 0xFFFF),
+            0x2C => (&mut self.period, 0xFFFF),
+            0x34..=0x40 => (&mut self.compares[(offset as usize - 0x34) / 4], 0xFFFF),
+            _ => return false,
+        };
+        if bits & !defined != 0 {
+            return false;
+        }
+        *register ^= bits;
+        if self.control & ONE_PULSE != 0 {
+            self.control &= !ENABLE;
+        }
+        true
     }
 
     /// Writes the register at `offset`.

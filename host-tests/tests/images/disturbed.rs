@@ -1,10 +1,14 @@
 //! A disturbance inverts one bit of the configuration. The sensor restores the bit or restarts, and answers again within a limited time.
 
+mod left_out;
+
 use crate::detection::Traffic;
 use crate::rig::*;
-use bench::BusRate;
+use bench::{BusRate, Source};
 use host_tests::effort;
 use plumbline::can::BitRate;
+use plumbline::node::BusState;
+use std::collections::BTreeMap;
 use std::ops::Range;
 use stm32_sim::board::Board;
 use stm32_sim::chip::Chip;
@@ -27,7 +31,11 @@ fn running() -> Rig {
     rig
 }
 
-/// Inverts a bit. Returns what reads the register; None if the chip or its model does not take the new value.
+/// The bits that a test has inverted, by the address of their register.
+type Inverted = BTreeMap<u32, u32>;
+
+/// Inverts a bit. Returns the value of the register before; None if the register does not have this bit, or the simulated chip not the new
+/// value.
 fn invert(rig: &mut Rig, address: u32, bit: u32) -> Option<u32> {
     let sensor = rig.microcontroller_mut();
     let before = sensor.configured(address)?;
@@ -44,14 +52,17 @@ fn recover(
 ) -> Result<(), String> {
     let starts = rig.device().boots();
     for ms in (0..WITH_WATCHDOG).step_by(50) {
+        let before_poll = rig.device().boots();
         rig.frames();
         rig.send(&[fsc::INCLINATION]);
         rig.run(50);
         let restarted = rig.device().boots() > starts;
-        let answers = rig
-            .frames()
-            .iter()
-            .any(|frame| frame.bytes()[0] == fsc::INCLINATION);
+        // An answer before a restart does not count.
+        let answers = rig.device().boots() == before_poll
+            && rig
+                .frames()
+                .iter()
+                .any(|frame| frame.bytes()[0] == fsc::INCLINATION);
         let value = rig.microcontroller_mut().configured(address);
         let is_restored = value.is_some_and(|value| (value ^ before) >> bit & 1 == 0);
         if answers && (is_restored || !restored) {
@@ -73,10 +84,10 @@ fn unused() -> Vec<(Range<u32>, u32)> {
         (0x4000_0418..0x4000_041C, !0),
         (0x4000_0434..0x4000_043C, !0),
         (0x4000_0440..0x4000_0444, !0),
+        // CAN_MCR.DBF: without an effect while a debugger halts the processor, because DBG_CAN_STOP is 0.
+        (0x4000_6400..0x4000_6404, 1 << 16),
         // The other filter banks than those of this product.
         (0x4000_6648..0x4000_6720, !0),
-        // PWR_CR: modes of the processor's sleep, the backup domain.
-        (0x4000_7000..0x4000_7004, !0xF0),
         // SPI_CRCPR.
         (spi + 0x10..spi + 0x14, !0),
         // The other interrupts than those of CAN (19, 20) and TIM4 (30): a bit of each has no effect while nothing requests it.
@@ -91,8 +102,11 @@ fn unused() -> Vec<(Range<u32>, u32)> {
     ];
     all.extend(match board().chip() {
         Chip::F103 => vec![
-            // AFIO_EXTICR1 to AFIO_EXTICR4.
+            // AFIO_MAPR.SWJ_CFG: the debug port; it cannot be read. AFIO_EXTICR1 to AFIO_EXTICR4.
+            (0x4001_0004..0x4001_0008, 0b111 << 24),
             (0x4001_0008..0x4001_0018, !0),
+            // PWR_CR: modes of the processor's sleep, the backup domain.
+            (0x4000_7000..0x4000_7004, !0xF0),
             // RCC: the clock of TIM4; LSION, because the watchdog keeps LSI on.
             (0x4002_101C..0x4002_1020, 1 << 2),
             (0x4002_1024..0x4002_1028, 1),
@@ -108,6 +122,8 @@ fn unused() -> Vec<(Range<u32>, u32)> {
             (0x4002_3840..0x4002_3844, 1 << 2),
             (0x4002_3874..0x4002_3878, 1),
             (0x4002_388C..0x4002_3890, !(1 << 24)),
+            // PWR_CR: modes of the processor's sleep, the backup domain, ADCDC1.
+            (0x4000_7000..0x4000_7004, 0xC_2F03),
             // DBGMCU_APB2_FZ.
             (0xE004_200C..0xE004_2010, !0),
         ],
@@ -133,9 +149,11 @@ fn unused() -> Vec<(Range<u32>, u32)> {
     all
 }
 
-/// Inverts each bit of these configuration registers, one after the other.
-fn each_bit(within: impl Fn(u32) -> bool) {
+/// Inverts each bit of these configuration registers, one after the other. With those without an effect, a normal run of the
+/// tests waits once in each register.
+fn each_bit(within: impl Fn(u32) -> bool) -> Inverted {
     let mut rig = running();
+    let mut inverted = Inverted::new();
     let registers = rig.microcontroller_mut().configuration();
     let unused = unused();
     let mut failures = Vec::new();
@@ -144,13 +162,15 @@ fn each_bit(within: impl Fn(u32) -> bool) {
         let without_effect = without_effect.map_or(0, |(_, bits)| *bits);
         let mut left = effort::choose(1, 32);
         for bit in 0..32 {
-            let has_effect = without_effect >> bit & 1 == 0;
-            if !has_effect && left == 0 {
-                continue;
-            }
             let Some(before) = invert(&mut rig, address, bit) else {
                 continue;
             };
+            *inverted.entry(address).or_default() |= 1 << bit;
+            let has_effect = without_effect >> bit & 1 == 0;
+            if !has_effect && left == 0 {
+                invert(&mut rig, address, bit);
+                continue;
+            }
             if let Err(error) = recover(&mut rig, address, bit, before, has_effect) {
                 failures.push(format!("{address:#x}, bit {bit}: {error}"));
                 // The disturbances are violations of the manual, and some have restarted the sensor.
@@ -163,21 +183,25 @@ fn each_bit(within: impl Fn(u32) -> bool) {
     }
     std::mem::forget(rig);
     assert!(failures.is_empty(), "{}", failures.join("\n"));
+    inverted
 }
 
 #[test]
 pub fn disturbed_bits_of_the_can_controller_are_restored() {
-    each_bit(|address| CAN.contains(&address));
+    let inverted = each_bit(|address| CAN.contains(&address));
+    left_out::check(&inverted, left_out::can());
 }
 
 #[test]
 pub fn disturbed_bits_of_the_processor_are_restored() {
-    each_bit(|address| CORE.contains(&address));
+    let inverted = each_bit(|address| CORE.contains(&address));
+    assert_eq!(inverted, left_out::of_the_processor());
 }
 
 #[test]
 pub fn disturbed_bits_of_clocks_pins_and_timers_are_restored() {
-    each_bit(|address| !CAN.contains(&address) && !CORE.contains(&address));
+    let inverted = each_bit(|address| !CAN.contains(&address) && !CORE.contains(&address));
+    left_out::check(&inverted, &left_out::others());
 }
 
 /// While the sensor detects the bit rate: TIM4 with its interrupt, and the level of TXD.
@@ -290,4 +314,59 @@ pub fn disturbed_power_of_the_heater_is_restored() {
         let now = rig.microcontroller().heater();
         assert!(now.abs_diff(power) < 20, "bit {bit}: {power}, then {now}");
     }
+}
+
+/// A wrong factor of the PLL is a wrong bit time and a wrong period. While the PLL runs, a program cannot write it.
+#[test]
+pub fn disturbed_pll_in_the_boot_restarts_the_sensor() {
+    let (address, bit) = match chip() {
+        // PLLMUL in RCC_CFGR: 9 instead of 8. PLLN in RCC_PLLCFGR: 129 instead of 128.
+        Chip::F103 => (0x4002_1004, 18),
+        Chip::F446 => (0x4002_3804, 6),
+    };
+    let mut rig = Rig::with(
+        "is2tk",
+        BusRate::Fixed(BitRate::M1),
+        fixed("is2tk", BitRate::M1),
+    );
+    let ticked = rig.microcontroller().image().address_of("TICKED");
+    let ticked = ticked.expect("the time of the last interrupt");
+    rig.wait_until(100, 100, |rig| {
+        rig.microcontroller().core().word(ticked) == Some(1000)
+    });
+    assert_eq!(rig.device().mode(), None, "in the boot");
+    let before = invert(&mut rig, address, bit).expect("a register");
+    recover(&mut rig, address, bit, before, true).expect("restored");
+    assert_eq!(rig.device().boots(), 2);
+    std::mem::forget(rig);
+}
+
+/// With a wrong bit rate, a sensor can go bus-off before the comparison. Its parameter forbids the recovery from a bus-off with another cause.
+#[test]
+pub fn bus_off_by_a_disturbed_bit_rate_ends_without_recovery() {
+    const CAN_BTR: u32 = 0x4000_641C;
+    let cyclic: [&[u8]; 2] = [
+        &[fsc::WRITE_CYCLIC_TIME, 5, 0],
+        &[fsc::WRITE_CYCLIC_MODE, 1],
+    ];
+    let mut rig = Rig::booted_with("is2", BitRate::M1, &cyclic);
+    rig.io().0.be_lenient();
+    // SJW: the simulated wire corrupts the frames of a sensor at its rate only.
+    for bit in [24, 25] {
+        rig.run(200);
+        rig.frames();
+        let before = invert(&mut rig, CAN_BTR, bit).expect("a register");
+        rig.bus.corrupt(32, Some(Source::Device(rig.sensor)));
+        rig.wait_until(100, 1000, |rig| {
+            rig.device().bus_state() == Some(BusState::BusOff)
+        });
+        rig.run(LONGEST);
+        let now = rig.microcontroller_mut().configured(CAN_BTR);
+        assert_eq!(now, Some(before), "bit {bit}");
+        rig.frames();
+        rig.run(100);
+        let sent = rig.frames().len();
+        assert!((19..=21).contains(&sent), "bit {bit}: {sent} frames");
+    }
+    std::mem::forget(rig);
 }

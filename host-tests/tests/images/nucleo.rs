@@ -42,7 +42,8 @@ also! {
         disturbed_bits_of_the_can_controller_are_restored,
         accelerometer_measures_again_after_each_disturbed_bit_of_its_spi,
         disturbed_bits_of_the_converter_are_restored,
-        disturbed_bits_of_the_detection_are_restored;
+        disturbed_bits_of_the_detection_are_restored,
+        disturbed_pll_in_the_boot_restarts_the_sensor;
     errors:
         run_led_flickers_during_detection_and_is_on_afterwards,
         sensor_without_recovery_stays_bus_off_until_a_restart;

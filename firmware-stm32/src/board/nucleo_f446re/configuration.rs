@@ -3,7 +3,7 @@
 use crate::board::registers::Register;
 
 /// The registers of the [`Configuration`](crate::board::Configuration).
-pub(in crate::board) const REGISTERS: [Register; 40] = [
+pub(in crate::board) const REGISTERS: [Register; 42] = [
     // RCC: the resets of AHB1, APB1 and APB2, the enables, the oscillators without their ready flags, the clock tree without SWS. The main
     // loop switches TIM4 on.
     Register::new(0x4002_3810, !0),
@@ -16,14 +16,16 @@ pub(in crate::board) const REGISTERS: [Register; 40] = [
     Register::new(0x4002_3850, !0),
     Register::new(0x4002_3860, !0),
     Register::new(0x4002_3864, !0),
-    Register::new(0x4002_3800, 0x010D_00F9),
+    // Fixed: HSEON, HSEBYP, PLLON; RCC_PLLCFGR.
+    Register::new(0x4002_3800, 0x010D_00F9).with_fixed(0x0105_0000),
+    Register::new(0x4002_3804, !0).with_fixed(!0),
     Register::new(0x4002_3808, !0b1100),
     // RCC_DCKCFGR: TIMPRE, which selects the clock of the timers.
     Register::new(0x4002_388C, 1 << 24),
     // FLASH_ACR.
     Register::new(0x4002_3C00, 0x1F0F),
-    // PWR_CR: the voltage detector.
-    Register::new(0x4000_7000, 0xF0),
+    // PWR_CR: the voltage detector. Fixed: VOS, ODEN, ODSWEN.
+    Register::new(0x4000_7000, 0x3_C0F0).with_fixed(0x3_C000),
     // GPIO A, B, C: modes without that of TXD, speeds, pulls, alternate functions.
     Register::new(0x4002_0000, !(0b11 << 24)),
     Register::new(0x4002_0008, !0),
@@ -53,6 +55,7 @@ pub(in crate::board) const REGISTERS: [Register; 40] = [
     Register::new(0x4002_0404, 0xFFFF),
     Register::new(0x4002_0804, 0xFFFF),
     Register::new(0x4002_0014, 1 << 12),
-    // CPACR: the floating-point unit.
+    // CPACR: the floating-point unit. MPU_CTRL: the MPU is off.
     Register::new(0xE000_ED88, !0),
+    Register::new(0xE000_ED94, 0b111),
 ];

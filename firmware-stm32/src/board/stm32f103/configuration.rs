@@ -12,10 +12,11 @@ pub(in crate::board) const REGISTERS: [Register; 28] = [
     Register::new(0x4002_1014, !0),
     Register::new(0x4002_1018, !0),
     Register::new(0x4002_101C, !(1 << 2)),
-    Register::new(0x4002_1000, 0x010D_00F9),
-    Register::new(0x4002_1004, !0b1100),
-    // FLASH_ACR without PRFTBS.
-    Register::new(0x4002_2000, 0x1F),
+    // Fixed: HSEON, HSEBYP, PLLON; PLLSRC, PLLXTPRE, PLLMUL.
+    Register::new(0x4002_1000, 0x010D_00F9).with_fixed(0x0105_0000),
+    Register::new(0x4002_1004, !0b1100).with_fixed(0x003F_0000),
+    // FLASH_ACR without PRFTBS. Fixed above 24 MHz: PRFTBE (PM0075).
+    Register::new(0x4002_2000, 0x1F).with_fixed(1 << 4),
     // PWR_CR: the voltage detector.
     Register::new(0x4000_7000, 0xF0),
     // AFIO_MAPR without SWJ_CFG, which cannot be read. Written as 000, the debug port stays on.

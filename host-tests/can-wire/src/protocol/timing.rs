@@ -25,6 +25,11 @@ impl BitClock {
         }
     }
 
+    /// The next bits have this timing.
+    pub(super) fn retime(&mut self, timing: BitTiming) {
+        self.timing = timing;
+    }
+
     pub(super) fn timing(&self) -> BitTiming {
         self.timing
     }

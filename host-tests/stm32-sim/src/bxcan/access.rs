@@ -2,7 +2,7 @@
 
 use super::registers::Register;
 use super::timing::Timing;
-use super::{BTR_HISTORY, BxCan, mode, silicon, timing, transmit};
+use super::{BTR_HISTORY, BxCan, mode, silicon, transmit};
 use crate::io::AccessError;
 use can_wire::protocol::Picoseconds;
 
@@ -60,17 +60,7 @@ impl BxCan {
     pub fn write(&mut self, now: Picoseconds, offset: u32, value: u32) -> Result<(), AccessError> {
         let register = Register::at(offset).ok_or(AccessError::Unmapped)?;
         self.settle(now);
-        let (mask, kept) = match register {
-            Register::FilterMaster
-            | Register::FilterMode
-            | Register::FilterScale
-            | Register::FilterFifo
-            | Register::FilterActivation => {
-                let master = self.silicon.filter_master;
-                self.state.filters.reserved(register, master)
-            }
-            _ => register.reserved(),
-        };
+        let (mask, kept) = self.reserved(register);
         if value & mask != kept {
             let reason = format!("{value:08X}h changes reserved bits");
             self.violations.record(register.name(), reason);
@@ -114,7 +104,22 @@ impl BxCan {
         Ok(())
     }
 
-    /// True for the registers that [`disturb`](Self::disturb) changes, without the filters that this controller does not have.
+    /// The bits that must keep their value, and this value.
+    fn reserved(&self, register: Register) -> (u32, u32) {
+        match register {
+            Register::FilterMaster
+            | Register::FilterMode
+            | Register::FilterScale
+            | Register::FilterFifo
+            | Register::FilterActivation => {
+                let master = self.silicon.filter_master;
+                self.state.filters.reserved(register, master)
+            }
+            _ => register.reserved(),
+        }
+    }
+
+    /// True for the registers that [`disturb`](Self::disturb) changes, without the filters that the chip does not have.
     pub fn is_configuration(&self, offset: u32) -> bool {
         match Register::at(offset) {
             Some(
@@ -127,13 +132,13 @@ impl BxCan {
                 | Register::FilterFifo
                 | Register::FilterActivation,
             ) => true,
-            Some(Register::FilterBank { bank, .. }) => bank < self.state.filters.own(),
+            Some(Register::FilterBank { bank, .. }) => bank < self.state.filters.total(),
             _ => false,
         }
     }
 
-    /// A disturbance inverts bits of a configuration register: CAN_MCR, CAN_IER, CAN_BTR, and those of the filters. False if this model
-    /// does not have the new value.
+    /// A disturbance inverts bits of a configuration register: CAN_MCR, CAN_IER, CAN_BTR, and those of the filters. False if the register
+    /// does not have all of them.
     pub fn disturb(&mut self, now: Picoseconds, offset: u32, bits: u32) -> bool {
         let Some(register) = Register::at(offset) else {
             return false;
@@ -142,15 +147,17 @@ impl BxCan {
             return false;
         };
         match register {
-            Register::MasterControl => return self.write_control(now, value).is_ok(),
+            Register::MasterControl => self.change_control(now, value),
             Register::InterruptEnable => self.state.status.enable(value),
-            Register::BitTiming if value & timing::LOOP_BACK != 0 => return false,
-            Register::BitTiming => self.state.timing = Timing::new(value),
+            Register::BitTiming => {
+                self.state.timing = Timing::new(value);
+                self.retime();
+            }
             _ => self.state.filters.disturb(register, bits),
         }
         self.changed = true;
         self.settle(now);
-        true
+        bits & self.reserved(register).0 == 0
     }
 
     fn master_status(&self) -> u32 {
@@ -181,13 +188,18 @@ impl BxCan {
         }
     }
 
-    /// During a reset by RESET, other writes have no effect.
     fn write_control(&mut self, now: Picoseconds, value: u32) -> Result<(), AccessError> {
         if value & mode::TIME_TRIGGERED != 0 {
             return Err(AccessError::Refused(
                 "CAN_MCR.TTCM: time-triggered communication is not modelled",
             ));
         }
+        self.change_control(now, value);
+        Ok(())
+    }
+
+    /// During a reset by RESET, other changes have no effect.
+    fn change_control(&mut self, now: Picoseconds, value: u32) {
         if value & mode::RESET != 0 {
             self.begin_reset(now);
         } else if self.resetting.is_none() {
@@ -197,7 +209,6 @@ impl BxCan {
                 self.requested_at = now;
             }
         }
-        Ok(())
     }
 
     fn write_error_status(&mut self, value: u32) {
@@ -209,9 +220,9 @@ impl BxCan {
     }
 
     fn write_timing(&mut self, now: Picoseconds, value: u32) -> Result<(), AccessError> {
-        if value & timing::LOOP_BACK != 0 {
+        if Timing::new(value).is_looped_back() {
             return Err(AccessError::Refused(
-                "CAN_BTR.LBKM: loop back is not modelled",
+                "CAN_BTR.LBKM: a sensor has no use for loop back",
             ));
         }
         if !self.state.control.is_initializing() {

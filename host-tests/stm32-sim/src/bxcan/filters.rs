@@ -100,9 +100,14 @@ impl Filters {
         self.initialization
     }
 
+    /// The number of banks, also those of another controller.
+    pub(super) fn total(&self) -> usize {
+        self.banks.len()
+    }
+
     /// A bit for each bank.
     fn all_banks(&self) -> u32 {
-        (1 << self.banks.len()) - 1
+        (1 << self.total()) - 1
     }
 
     /// The reserved bits of a filter register, and the value that they must keep. `master`: the content of CAN_FMR after a reset.

@@ -5,7 +5,7 @@
 //!
 //! [`Silicon`] selects the behaviour that the manual leaves open: the times of changes, and a fault of silent mode.
 //!
-//! Not modelled: loop back, time-triggered communication and accesses narrower than a word. In a direct change from sleep mode to
+//! Not modelled: time-triggered communication and accesses narrower than a word. In a direct change from sleep mode to
 //! bus-off without a requested recovery, the controller does not listen to the bus. A received DLC of 9 to 15 reads as 8, because
 //! a [`Frame`] stores no more.
 
@@ -189,7 +189,23 @@ impl BxCan {
             let reason = format!("changed from {} to {hz} Hz while on the bus", self.clock);
             self.violations.record("PCLK1", reason);
         }
-        self.clock = hz;
+        self.disturb_clock(hz);
+    }
+
+    /// Sets the frequency of PCLK1 in Hz after a disturbance of RCC. This is no violation.
+    pub fn disturb_clock(&mut self, hz: u32) {
+        if hz != self.clock {
+            self.clock = hz;
+            self.retime();
+        }
+    }
+
+    /// The bit time follows CAN_BTR and the clock.
+    fn retime(&mut self) {
+        let timing = self.state.timing;
+        self.protocol
+            .retime(timing.bit_timing(self.clock), timing.is_silent());
+        self.changed = true;
     }
 
     /// Sets the frequency of PCLK1 in Hz after a failure of the crystal. This is no violation. In this model, the bit time on the bus does
@@ -233,7 +249,7 @@ impl BxCan {
     pub fn wire(&mut self, now: Picoseconds, dominant: bool) {
         let edge = dominant && !self.dominant;
         self.dominant = dominant;
-        if !edge {
+        if !edge || self.state.timing.is_looped_back() {
             return;
         }
         if self.state.control.is_on() {
@@ -248,6 +264,7 @@ impl BxCan {
 
     /// Processes the bit that is due on the wire, which has this level.
     pub fn step(&mut self, now: Picoseconds, dominant: bool) -> Option<Event> {
+        let dominant = self.looped_back().unwrap_or(dominant);
         if self.next_bit().is_none_or(|due| due > now) {
             self.settle(now);
             self.changed = true;
@@ -280,7 +297,12 @@ impl BxCan {
             Event::LostArbitration => state.transmitter.ended(Outcome::LostArbitration, again),
             Event::Transmitted => {
                 state.status.succeeded();
+                let looped_back = state.timing.is_looped_back();
+                let sent = state.transmitter.sent().filter(|_| looped_back);
                 state.transmitter.ended(Outcome::Succeeded, again);
+                if let Some(frame) = sent {
+                    self.store(&frame);
+                }
             }
             Event::Received(frame) => {
                 state.status.succeeded();
@@ -354,6 +376,13 @@ impl BxCan {
 
     fn may_start(&self) -> bool {
         self.state.control.may_start() && !self.state.timing.is_silent()
+    }
+
+    /// The level that the controller receives in loop back mode: its own, and it ignores that nobody acknowledges (RM0008, 24.4.4).
+    fn looped_back(&self) -> Option<bool> {
+        let acknowledged = self.protocol.is_transmitting() && self.protocol.is_at_ack_slot();
+        let level = self.protocol.is_dominant() || acknowledged;
+        self.state.timing.is_looped_back().then_some(level)
     }
 
     /// In bus-off the protocol reports the end of the recovery, but not the 11 recessive bits that end initialization mode.

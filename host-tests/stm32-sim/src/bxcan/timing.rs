@@ -2,7 +2,7 @@
 //!
 //! | Bits | Field | Content |
 //! |---|---|---|
-//! | 31, 30 | SILM, LBKM | silent mode, loop back mode (not modelled) |
+//! | 31, 30 | SILM, LBKM | silent mode, loop back mode |
 //! | 25..24 | SJW | resynchronization jump width - 1, in time quanta |
 //! | 22..20 | TS2 | time quanta from the sample point to the end of the bit - 1 |
 //! | 19..16 | TS1 | time quanta from the synchronization segment to the sample point - 1 |
@@ -13,7 +13,7 @@ use can_wire::protocol::{BitTiming, Picoseconds};
 /// CAN_BTR after a reset.
 pub(super) const RESET: u32 = 0x0123_0000;
 /// CAN_BTR.LBKM.
-pub(super) const LOOP_BACK: u32 = 1 << 30;
+const LOOP_BACK: u32 = 1 << 30;
 const SILENT: u32 = 1 << 31;
 const IMPLEMENTED: u32 = 0xC37F_03FF;
 
@@ -46,6 +46,10 @@ impl Timing {
 
     pub(super) fn is_silent(self) -> bool {
         self.0 & SILENT != 0
+    }
+
+    pub(super) fn is_looped_back(self) -> bool {
+        self.0 & LOOP_BACK != 0
     }
 
     fn prescaler(self) -> u32 {

@@ -152,6 +152,12 @@ impl Transmitter {
         Some(mailbox::frame(&self.mailboxes[number].words))
     }
 
+    /// The frame that is being sent.
+    pub(super) fn sent(&self) -> Option<Frame> {
+        let number = self.under_way?;
+        Some(mailbox::frame(&self.mailboxes[number].words))
+    }
+
     /// The transmission of the next frame has started.
     pub(super) fn started(&mut self, order: Order) {
         self.under_way = self.next(order);

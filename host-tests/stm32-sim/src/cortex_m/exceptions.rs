@@ -6,6 +6,8 @@ use super::registers::Registers;
 pub const NMI: u16 = 2;
 /// A fault that no other handler takes.
 pub const HARD_FAULT: u16 = 3;
+/// A memory management fault, if its handler is enabled.
+pub const MEMORY_FAULT: u16 = 4;
 /// A bus fault, if its handler is enabled.
 pub const BUS_FAULT: u16 = 5;
 /// A usage fault, if its handler is enabled.

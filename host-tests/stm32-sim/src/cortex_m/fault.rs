@@ -32,6 +32,9 @@ pub enum FaultKind {
     /// A division by zero while CCR.DIV_0_TRP is set.
     #[error("division by zero")]
     DivisionByZero,
+    /// The MPU has no region for the instruction.
+    #[error("no region of the MPU for the instruction at {0:#010x}")]
+    Protected(u32),
     /// A jump to an even address: there is no ARM state (INVSTATE).
     #[error("jump to the even address {0:#010x}")]
     InvalidState(u32),

@@ -5,11 +5,12 @@
 //! they end the run.
 
 use super::CortexM3;
-use super::exceptions::{BUS_FAULT, HARD_FAULT, USAGE_FAULT};
+use super::exceptions::{BUS_FAULT, HARD_FAULT, MEMORY_FAULT, USAGE_FAULT};
 use super::fault::{Fault, FaultKind};
 use crate::io::AccessError;
 
 // CFSR.
+const INSTRUCTION_ACCESS_VIOLATION: u32 = 1 << 0;
 const INSTRUCTION_BUS_ERROR: u32 = 1 << 8;
 const PRECISE_BUS_ERROR: u32 = 1 << 9;
 const STACKING_ERROR: u32 = 1 << 12;
@@ -45,6 +46,7 @@ impl Fault {
             FaultKind::Unmapped(_) | FaultKind::Access(_, AccessError::Unmapped) => {
                 (BUS_FAULT, data_bus_error)
             }
+            FaultKind::Protected(_) => (MEMORY_FAULT, INSTRUCTION_ACCESS_VIOLATION),
             FaultKind::Stacking(_) => (BUS_FAULT, STACKING_ERROR),
             FaultKind::Undefined(_) => (USAGE_FAULT, UNDEFINED_INSTRUCTION),
             FaultKind::InvalidState(_) => (USAGE_FAULT, INVALID_STATE),

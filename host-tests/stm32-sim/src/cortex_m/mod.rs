@@ -36,7 +36,7 @@ use super::io::Io;
 use cache::Cache;
 use decode::instruction::Register;
 use dwt::Dwt;
-use exceptions::{Exceptions, NMI, SYSTICK, only};
+use exceptions::{Exceptions, HARD_FAULT, NMI, SYSTICK, only};
 pub use fault::{Fault, FaultKind};
 use fault_entry::FaultStatus;
 pub use memory::MemorySizes;
@@ -283,6 +283,11 @@ impl CortexM3 {
             if self.sleep.is_some() {
                 self.cycle = self.cycle.max(limit);
                 continue;
+            }
+            let exempt = matches!(self.registers.exception, NMI | HARD_FAULT);
+            if self.system.forbids_all() && !exempt {
+                self.registers.set_read_pc(self.next.wrapping_add(4));
+                return Err(FaultKind::Protected(self.next).into());
             }
             self.stop_at = limit;
             self.execute_until_stop(io, cache)?;

@@ -48,7 +48,7 @@ impl Model {
         }
     }
 
-    /// MPU_TYPE: the STM32F103 has no MPU; the MPU of the STM32F446 has eight regions (PM0214 4.2.5). The MPU is not modelled.
+    /// MPU_TYPE: the STM32F103 has no MPU; the MPU of the STM32F446 has eight regions (PM0214 4.2.5), which are not modelled.
     pub(super) fn protection(self) -> u32 {
         match self {
             Self::CortexM3 => 0,

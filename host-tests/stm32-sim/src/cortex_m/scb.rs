@@ -20,6 +20,10 @@ const SLEEPDEEP: u32 = 1 << 2;
 /// SCR: an exception that becomes pending is an event.
 const SEVONPEND: u32 = 1 << 4;
 
+/// MPU_CTRL: the MPU is on, and the default memory map applies to a privileged program.
+const MPU_ENABLE: u32 = 1 << 0;
+const PRIVDEFENA: u32 = 1 << 2;
+
 /// CCR: nested handlers may return to the thread.
 const NONBASETHRDENA: u32 = 1 << 0;
 /// CCR: unaligned words and half-words fault.
@@ -41,6 +45,8 @@ pub struct SystemControl {
     /// DEMCR, debug exception and monitor control.
     pub debug_monitor: u32,
     coprocessors: u32,
+    /// MPU_CTRL.
+    protection: u32,
 }
 
 impl SystemControl {
@@ -53,6 +59,7 @@ impl SystemControl {
             handler_control: 0,
             debug_monitor: 0,
             coprocessors: 0,
+            protection: 0,
         }
     }
 
@@ -90,6 +97,13 @@ impl SystemControl {
     /// True for HardFault, and for a fault with its handler enabled in SHCSR.
     pub fn has_handler(&self, number: u16) -> bool {
         number == HARD_FAULT || self.handler_control >> (12 + number) & 1 != 0
+    }
+
+    /// True if the MPU is on: without a region, it permits a privileged program nothing (PM0214 4.2.6), except in the handlers of HardFault
+    /// and NMI.
+    #[inline(always)]
+    pub fn forbids_all(&self) -> bool {
+        self.protection & (MPU_ENABLE | PRIVDEFENA) == MPU_ENABLE
     }
 
     pub fn aligns_stack(&self) -> bool {
@@ -170,10 +184,11 @@ impl CortexM3 {
             0xD28 => self.faults.configurable,
             0xD2C => self.faults.hard,
             0xD38 => self.faults.bus_address,
-            // DFSR, MMFAR, AFSR: there is no debugger and no MPU. DHCSR: no debugger.
+            // DFSR, MMFAR, AFSR: there is no debugger, and no data access violates the MPU. DHCSR: no debugger.
             0xD30..0xD40 | 0xDF0..0xDFC => 0,
             0xD88 if self.model.coprocessors().is_some() => self.system.coprocessors,
             0xD90 => self.model.protection(),
+            0xD94 if self.model.protection() != 0 => self.system.protection,
             0xDFC => self.system.debug_monitor,
             _ => return Err(FaultKind::System(address, "it is not modelled").into()),
         })
@@ -196,6 +211,7 @@ impl CortexM3 {
             0xD88 if let Some(writable) = self.model.coprocessors() => {
                 self.system.coprocessors = value & writable;
             }
+            0xD94 if self.model.protection() != 0 => self.system.protection = value & 0b111,
             0xDFC => self.system.debug_monitor = value,
             0xF00 => self.nvic.trigger(&mut self.exceptions, value),
             _ => return Err(FaultKind::System(address, "it is read-only or not modelled").into()),

@@ -43,7 +43,8 @@ impl Peripherals {
             imu: &mut self.imu,
             adxl355: self.adxl355.as_mut(),
         };
-        if board::spi_is_connected(self.board, &self.afio, &self.gpio) {
+        let connected = board::spi_is_connected(self.board, &self.afio, &self.gpio);
+        if connected && !self.spi.is_in_ti_mode() {
             let rate = self.spi.bit_rate(clocks);
             if board::spi_pins_are_fast_enough(self.board, &self.gpio, rate) {
                 self.spi.advance(cycle, clocks, time_at, &mut part);

@@ -26,7 +26,8 @@ impl Peripherals {
         all
     }
 
-    /// Inverts bits of a configuration register. False if the register does not have all of them, or the model not the new value.
+    /// Inverts bits of a configuration register. False if the register does not have all of them, or the model not the new value. A
+    /// protection against writes of a program has no effect.
     pub fn disturb(&mut self, cycle: u64, address: u32, bits: u32) -> bool {
         let Ok((module, offset)) = self.module_at(address) else {
             return false;
@@ -34,25 +35,40 @@ impl Peripherals {
         let Ok(value) = self.read(cycle, address, Width::Word) else {
             return false;
         };
-        let done = match module {
-            Module::Can => {
-                self.changed = true;
-                self.touched = true;
-                let now = self.now(cycle);
-                self.can.disturb(now, offset, bits)
-            }
+        self.changed = true;
+        self.touched = true;
+        let now = self.now(cycle);
+        match module {
+            Module::Can => self.can.disturb(now, offset, bits),
             Module::Afio => self.afio.disturb(offset, bits),
-            Module::Iwdg => {
-                self.changed = true;
-                self.touched = true;
-                let now = self.now(cycle);
-                self.iwdg.disturb(now, offset, bits)
+            Module::Iwdg => self.iwdg.disturb(now, offset, bits),
+            Module::Tim3 => self.tim3.disturb(offset, bits),
+            Module::Pwr => {
+                let done = self.pwr.disturb(offset, bits);
+                if self.pwr.stops_flash() {
+                    self.rcc.stop();
+                }
+                done
             }
-            _ => self
-                .write(cycle, address, Width::Word, value ^ bits)
-                .is_ok(),
-        };
-        done && self.read(cycle, address, Width::Word) == Ok(value ^ bits)
+            Module::Rcc => {
+                self.advance_spi(cycle);
+                let done = self.rcc.disturb(cycle, offset, bits);
+                self.can.disturb_clock(self.rcc.pclk1());
+                done.unwrap_or_else(|| self.write_inverted(cycle, address, value, bits))
+            }
+            Module::Spi if self.chip == Chip::F446 && (offset, bits) == (0x04, 1 << 4) => {
+                self.spi.disturb_frame_format();
+                true
+            }
+            _ => self.write_inverted(cycle, address, value, bits),
+        }
+    }
+
+    /// Inverts bits by a write. False if they are not inverted after it.
+    fn write_inverted(&mut self, cycle: u64, address: u32, value: u32, bits: u32) -> bool {
+        let written = self.write(cycle, address, Width::Word, value ^ bits);
+        let read = self.read(cycle, address, Width::Word);
+        written.is_ok() && read.is_ok_and(|read| (read ^ value) & bits == bits)
     }
 
     fn is_configuration(&self, module: Module, offset: u32) -> bool {

@@ -41,6 +41,11 @@ impl Rcc {
         self.failure
     }
 
+    /// Stops SYSCLK until the next reset.
+    pub fn stop(&mut self) {
+        self.stopped = true;
+    }
+
     /// True if SYSCLK has stopped, until the next reset.
     pub fn is_stopped(&self) -> bool {
         self.stopped
@@ -58,8 +63,8 @@ impl Rcc {
         }
     }
 
-    pub(super) fn lose_crystal(&mut self) {
-        self.crystal_broken = true;
+    /// HSE has stopped.
+    pub(super) fn lose_hse(&mut self) {
         if self.hse.is_none() {
             return;
         }

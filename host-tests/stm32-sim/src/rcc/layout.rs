@@ -90,20 +90,36 @@ impl Layout {
         value: u32,
         violations: &mut Violations,
     ) -> u32 {
-        let (name, reserved) = match register {
-            Register::Cfgr => ("RCC_CFGR", self.reserved.cfgr),
-            Register::AhbReset => ("RCC_AHB1RSTR", self.reserved.ahb_reset),
-            Register::AhbEnable => ("RCC_AHBENR", self.reserved.ahb_enable),
-            Register::Apb1Reset => ("RCC_APB1RSTR", self.reserved.apb1),
-            Register::Apb1Enable => ("RCC_APB1ENR", self.reserved.apb1),
-            Register::Apb2Reset => ("RCC_APB2RSTR", self.reserved.apb2_reset),
-            Register::Apb2Enable => ("RCC_APB2ENR", self.reserved.apb2_enable),
-            Register::PllCfgr => ("RCC_PLLCFGR", self.reserved.pll),
-            Register::DedicatedClocks => ("RCC_DCKCFGR", self.reserved.dedicated),
+        let name = match register {
+            Register::Cfgr => "RCC_CFGR",
+            Register::AhbReset => "RCC_AHB1RSTR",
+            Register::AhbEnable => "RCC_AHBENR",
+            Register::Apb1Reset => "RCC_APB1RSTR",
+            Register::Apb1Enable => "RCC_APB1ENR",
+            Register::Apb2Reset => "RCC_APB2RSTR",
+            Register::Apb2Enable => "RCC_APB2ENR",
+            Register::PllCfgr => "RCC_PLLCFGR",
+            Register::DedicatedClocks => "RCC_DCKCFGR",
             _ => return value,
         };
+        let reserved = self.reserved(register);
         violations.check(value & reserved != 0, name, "reserved bits are written");
         value & !reserved
+    }
+
+    /// The reserved bits of a register that is checked for them; otherwise none.
+    pub(super) fn reserved(&self, register: Register) -> u32 {
+        match register {
+            Register::Cfgr => self.reserved.cfgr,
+            Register::AhbReset => self.reserved.ahb_reset,
+            Register::AhbEnable => self.reserved.ahb_enable,
+            Register::Apb1Reset | Register::Apb1Enable => self.reserved.apb1,
+            Register::Apb2Reset => self.reserved.apb2_reset,
+            Register::Apb2Enable => self.reserved.apb2_enable,
+            Register::PllCfgr => self.reserved.pll,
+            Register::DedicatedClocks => self.reserved.dedicated,
+            _ => 0,
+        }
     }
 
     /// The register at an offset.

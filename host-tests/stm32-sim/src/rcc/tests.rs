@@ -318,3 +318,28 @@ fn reserved_bits_are_violations_and_are_not_stored() {
     }
 }
 mod f446;
+
+#[test]
+fn disturbance_changes_the_pll_in_use_and_stops_the_clock_without_it() {
+    let mut bench = Bench::new();
+    bench.run_at_64_mhz();
+    // PLLMUL: times 9.
+    assert_eq!(bench.rcc.disturb(bench.cycle, CFGR, 1 << 18), Some(true));
+    assert_eq!(bench.rcc.hclk(), 72_000_000);
+    assert_eq!(bench.rcc.disturb(bench.cycle, CFGR, 1 << 31), Some(false));
+    assert_eq!(bench.rcc.disturb(bench.cycle, CR, 1 << 24), Some(true));
+    assert!(bench.rcc.is_stopped());
+}
+
+#[test]
+fn disturbed_hse_is_a_failure_of_the_clock_security_system() {
+    // HSEON, HSEBYP.
+    for bit in [1 << 16, 1 << 18] {
+        let mut bench = Bench::new();
+        bench.run_at_64_mhz();
+        bench.write(CR, 0x0109_0083);
+        assert_eq!(bench.rcc.disturb(bench.cycle, CR, bit), Some(true));
+        assert!(bench.rcc.nmi());
+        assert_eq!(bench.rcc.hclk(), 8_000_000);
+    }
+}

@@ -307,3 +307,29 @@ fn bus_traffic_wakes_sleeping_controller() {
     wire.run(FRAME);
     assert_eq!(wire.get(2, RI0R), 0x124 << 21);
 }
+
+/// RM0008, 24.4.4.
+#[test]
+fn disturbed_loop_back_receives_only_own_frames_and_needs_no_acknowledgment() {
+    const RECEIVED: u32 = 0b11;
+    let mut wire = Wire::joined(&[BTR_500K]);
+    assert!(wire.cans[0].disturb(wire.now, BTR, LBKM));
+    wire.send(0, 0x123);
+    wire.run(FRAME);
+    assert_eq!(wire.get(0, TSR) & 0b1111, 0b11, "RQCP and TXOK");
+    assert_eq!(wire.get(0, RF0R) & RECEIVED, 1);
+    let mut wire = Wire::joined(&[BTR_500K, BTR_500K, BTR_500K]);
+    assert!(wire.cans[0].disturb(wire.now, BTR, LBKM));
+    wire.send(1, 0x123);
+    wire.run(FRAME);
+    let received = [0, 2].map(|can| wire.get(can, RF0R) & RECEIVED);
+    assert_eq!(received, [0, 1]);
+}
+
+#[test]
+fn disturbed_prescaler_changes_the_bit_time_at_once() {
+    let mut wire = Wire::joined(&[BTR_500K]);
+    // A prescaler of 8 instead of 4.
+    assert!(wire.cans[0].disturb(wire.now, BTR, 1 << 2));
+    assert_eq!(wire.cans[0].protocol().timing().bit, 2 * BIT);
+}

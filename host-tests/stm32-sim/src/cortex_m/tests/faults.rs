@@ -130,3 +130,23 @@ fn exception_that_arrives_during_entry_does_not_replace_fault() {
     let control = read(&mut processor, 0xE000_ED04);
     assert_eq!(control & pending_system_timer, pending_system_timer);
 }
+
+#[test]
+fn mpu_without_a_region_permits_only_the_handlers_of_faults() {
+    const MPU_CTRL: u32 = 0xE000_ED94;
+    let mut processor = cortex_m4(&[STAY]);
+    put(&mut processor, handler(3), &[STAY]);
+    // PRIVDEFENA alone, and with ENABLE.
+    for value in [0b100, 0b101] {
+        write(&mut processor, MPU_CTRL, value);
+        step(&mut processor, 1);
+    }
+    assert!(processor.disturb(MPU_CTRL, 0b100));
+    let fault = fault(&mut processor);
+    assert_eq!(fault.kind, FaultKind::Protected(CODE));
+    assert!(processor.take_fault(&fault));
+    assert_eq!(processor.active_exception(), 3);
+    assert_eq!(read(&mut processor, CFSR), 1);
+    step(&mut processor, 1);
+    assert_eq!(processor.pc(), handler(3));
+}

@@ -1,13 +1,11 @@
 //! Compares each modelled register with the public SVD: value after a reset, access, reserved bits. There is a table for each chip.
 
-mod pac;
-
 use bench::Flash;
-use pac::{Device, Register};
 use plumbline::measure::Reading;
 use stm32_sim::board::Board;
 use stm32_sim::io::{Io, Width};
 use stm32_sim::peripherals::Peripherals;
+use stm32_sim::svd::{Device, Register};
 
 /// A chip of the simulator.
 struct Chip {

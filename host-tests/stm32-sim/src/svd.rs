@@ -10,6 +10,7 @@ use std::path::{Path, PathBuf};
 pub struct Register {
     /// Peripheral and register, for example `RCC.cr`.
     pub name: String,
+    /// Its address.
     pub address: u32,
     /// Its value after a reset.
     pub reset: u32,
