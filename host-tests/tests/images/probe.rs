@@ -41,6 +41,7 @@ fn says(log: &[Message], words: &str, value: &str) -> bool {
 }
 
 #[test]
+#[ignore = "an image with the log: `.ci/run boards`"]
 pub fn probe_reads_log_and_programs_sleeping_sensor_twice() {
     let elf = elf_with_log();
     let (mut rig, messages) = log(&elf, &silicon());
@@ -61,6 +62,7 @@ pub fn probe_reads_log_and_programs_sleeping_sensor_twice() {
 }
 
 #[test]
+#[ignore = "an image with the log: `.ci/run boards`"]
 fn log_names_the_microcontroller() {
     let elf = elf_with_log();
     let clone = "the microcontroller is not one of ST";
