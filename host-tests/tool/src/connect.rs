@@ -10,13 +10,7 @@ use crate::eds;
 use crate::error::{AdapterError, Error, Place, Rates, RequestError, Silence};
 use crate::identify::{self, Found};
 use crate::link::Link;
-use crate::master::devicenet;
-use crate::master::devicenet::explicit::Slave;
-use crate::master::fsc::request::Sensor;
-use crate::master::j1939::PROTOCOL as J1939;
-use crate::master::j1939::groups as j1939;
-use crate::master::{Ca, Target};
-use crate::master::{factory_target, factory_targets};
+use crate::master::{PROTOCOLS, Protocol, Target, factory_target, factory_targets};
 use crate::note::Note;
 use crate::output::Terminal;
 use crate::question::Question;
@@ -62,11 +56,9 @@ pub fn find(
     let mut link = Link::new(adapter, &terminal.stopped);
     let (rates, heard) = listened(&mut link, wanted, terminal)?;
     let frames = heard.as_ref().map_or(&[][..], |heard| &heard.frames);
-    if let Some(slave) =
-        slave(wanted).filter(|slave| wanted.listens && passive::is_io(*slave, frames))
-    {
+    let owned = named(wanted).filter(|_| wanted.listens);
+    if let Some(found) = owned.and_then(|target| target.owned(frames)) {
         listen::open(&mut link, rates.first().copied().flatten(), terminal)?;
-        let found = devicenet::owned(slave);
         terminal.note(&Note::Here(found.line(link.rate())));
         return Ok((link, found));
     }
@@ -114,9 +106,8 @@ pub fn find(
             return Err(RequestError::NotRecognised.into());
         }
         found.extend(asked(&mut link, &rates, &delivered, false, wanted)?);
-        let is_j1939 = wanted.product.is_none_or(|product| J1939.is_of(product));
-        if found.is_empty() && is_j1939 && questions.permits(J1939.name) {
-            found.extend(claimed(&mut link, &rates, wanted)?);
+        if found.is_empty() {
+            found = told(&mut link, &rates, wanted, &questions)?;
         }
         targets.extend(delivered);
     }
@@ -141,12 +132,9 @@ pub fn find(
     }
 }
 
-/// The DeviceNet slave that the user has named by its MAC ID, or by a product that has its MAC ID as delivered.
-fn slave(wanted: &Wanted) -> Option<Slave> {
-    match wanted.target.or_else(|| factory_target(wanted.product?)) {
-        Some(Target::Devicenet(slave)) => Some(slave),
-        _ => None,
-    }
+/// The sensor that the user has named by its address, or by a product that has its address as delivered.
+fn named(wanted: &Wanted) -> Option<Target> {
+    wanted.target.or_else(|| factory_target(wanted.product?))
 }
 
 /// The bit rates that the sensor can have, and the traffic that was heard at these rates.
@@ -160,7 +148,8 @@ fn listened(
         return heard_again(link, wanted, terminal);
     }
     if wanted.rate.is_some() || !needs_rate {
-        let may_be_owned = wanted.listens && slave(wanted).is_some();
+        let may_be_owned =
+            wanted.listens && named(wanted).is_some_and(|target| target.can_be_owned());
         let heard = match wanted.target {
             Some(_) if !may_be_owned => None,
             _ => listen::once(link, wanted.rate, terminal)?,
@@ -242,11 +231,11 @@ fn asked(
                     }
                 }
             }
-            for sensor in link.take_booted()? {
-                if !may_be_wanted(sensor, wanted) {
+            for target in link.take_booted()? {
+                if !is_wanted(target, wanted) {
                     continue;
                 }
-                let answer = identify::ask(link, Target::Fsc(sensor), identify::PATIENT)?;
+                let answer = identify::ask(link, target, identify::PATIENT)?;
                 add(&mut found, answer, wanted);
             }
             if !found.is_empty() || link.now() >= until {
@@ -261,32 +250,42 @@ fn asked(
     Ok(found)
 }
 
-/// The J1939 nodes that tell their addresses, at the first rate at which one does.
-fn claimed(
+/// The nodes that tell their addresses, at the first rate at which one does.
+fn told(
     link: &mut Link,
     rates: &[Option<BitRate>],
     wanted: &Wanted,
+    questions: &Questions,
 ) -> Result<Vec<Found>, Error> {
+    let is_of = |own: &Protocol| wanted.product.is_none_or(|product| own.is_of(product));
     let mut found = Vec::new();
-    for rate in rates {
-        if !link.try_rate(*rate, rates)? {
+    for protocol in PROTOCOLS {
+        let Some(told) = protocol.told else {
+            continue;
+        };
+        if !is_of(protocol) || !questions.permits(protocol.name) {
             continue;
         }
-        for (address, _) in j1939::nodes(link)? {
-            let answer = identify::ask(link, Target::J1939(Ca(address)), identify::PATIENT)?;
-            add(&mut found, answer, wanted);
+        for rate in rates {
+            if !link.try_rate(*rate, rates)? {
+                continue;
+            }
+            for target in told(link)? {
+                let answer = identify::ask(link, target, identify::PATIENT)?;
+                add(&mut found, answer, wanted);
+            }
+            if !found.is_empty() {
+                return Ok(found);
+            }
+            link.close();
         }
-        if !found.is_empty() {
-            break;
-        }
-        link.close();
     }
     Ok(found)
 }
 
 /// Adds a sensor that is wanted and not known yet. A boot-up message can come from another sensor.
 fn add(found: &mut Vec<Found>, answer: Option<Found>, wanted: &Wanted) {
-    let answer = answer.filter(|answer| is_wanted(answer, wanted));
+    let answer = answer.filter(|answer| is_wanted(answer.target, wanted));
     let is_same = |own: &Found, other: &Found| own.target.address() == other.target.address();
     if let Some(mut answer) = answer
         && !found.iter().any(|own| is_same(own, &answer))
@@ -311,19 +310,10 @@ pub(crate) fn silent(targets: &[Target], rates: &[Option<BitRate>]) -> Error {
 }
 
 /// Whether a sensor is the one of the user. A boot-up message can come from another sensor.
-fn is_wanted(found: &Found, wanted: &Wanted) -> bool {
+fn is_wanted(target: Target, wanted: &Wanted) -> bool {
     match wanted.target {
-        Some(wanted) => found.target.is_at(wanted),
-        None => is_of(found.target, wanted.product),
-    }
-}
-
-/// Whether a sensor that was heard can be the one of the user. Others are not asked.
-fn may_be_wanted(heard: Sensor, wanted: &Wanted) -> bool {
-    let heard = Target::Fsc(heard);
-    match wanted.target {
-        Some(wanted) => heard.is_at(wanted),
-        None => is_of(heard, wanted.product),
+        Some(wanted) => target.is_at(wanted),
+        None => is_of(target, wanted.product),
     }
 }
 

@@ -2,8 +2,8 @@
 
 use crate::adapter::{Adapter, Mode};
 use crate::error::{AdapterError, Error, RequestError};
+use crate::master::Target;
 use crate::master::fsc::boot_up::BootUps;
-use crate::master::fsc::request::Sensor;
 use crate::master::j1939::groups::own::Own;
 use plumbline::can::{BitRate, Frame};
 use plumbline::time::{Duration, Instant, after, millis};
@@ -202,14 +202,15 @@ impl Link {
     ///
     /// # Errors
     /// The adapter fails.
-    pub fn take_booted(&mut self) -> Result<Vec<Sensor>, Error> {
+    pub fn take_booted(&mut self) -> Result<Vec<Target>, Error> {
         while let Some(settled) = self.booted.settled()
             && self.now() < settled
         {
             self.receive(settled)?;
         }
         let now = self.now();
-        Ok(self.booted.take_booted(now))
+        let booted = self.booted.take_booted(now).into_iter();
+        Ok(booted.map(Target::Fsc).collect())
     }
 
     /// Waits this time for the first frame that `judge` takes; others are ignored. If the computer was late, the answer can be among the

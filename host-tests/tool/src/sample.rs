@@ -2,8 +2,6 @@
 //! broadcasts, or sends on request.
 
 use crate::error::{Error, RequestError};
-use crate::master::fsc::request as fsc;
-use crate::master::fsc::tables as fsc_tables;
 use crate::note::Note;
 use crate::number::Scale;
 use crate::session::Session;
@@ -325,10 +323,11 @@ fn seconds(time: Duration) -> String {
 
 /// The names of the bits of the status byte.
 fn status(session: &Session, sample: &Sample) -> Vec<&'static str> {
-    match (fsc_tables(session.sheet.product), sample.status) {
-        (Some(tables), Some(status)) => fsc::names(&tables.status, status),
-        _ => Vec::new(),
-    }
+    let conditions = sample
+        .status
+        .map(|status| session.target.conditions(session.sheet.product, status));
+    let names = conditions.into_iter().flatten().map(|bit| bit.name);
+    names.collect()
 }
 
 #[cfg(test)]

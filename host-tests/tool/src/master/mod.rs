@@ -1,7 +1,7 @@
 //! The master of each protocol, one folder for each.
 //!
-//! A new protocol is a folder and a line of `masters!`, and what [`scan`](crate::scan), [`connect`](crate::connect) and [`eds`](crate::eds)
-//! know of it.
+//! A new protocol is a folder and a line of `masters!`, and what [`scan`](crate::scan) and [`eds`](crate::eds) know of its messages and data
+//! sheets.
 
 pub mod canopen;
 pub mod devicenet;
@@ -25,7 +25,8 @@ use crate::ops::identity::Values;
 use crate::ops::report::Done;
 use crate::output::Terminal;
 use crate::sample::{Poller, Sampler};
-use crate::scan::listen;
+use crate::scan::listen::{self, Frames};
+use crate::scan::row::Heard;
 use crate::session::Session;
 use crate::sheet::Entry;
 use crate::sheet::rows::Builder;
@@ -59,7 +60,16 @@ pub struct Protocol {
     pub roles: fn(&Product) -> Option<Roles>,
     /// Adds the rows of the tables of a product to its sheet.
     pub(crate) rows: fn(&mut Builder),
+    /// A search asks at all numbers.
+    pub is_searched: bool,
+    /// Finds the nodes that tell their addresses after one request to all.
+    pub(crate) told: Option<Told>,
+    /// Finds a node without an address. The frames are those that were heard before.
+    pub(crate) unaddressed: Option<Unaddressed>,
 }
+
+type Told = fn(&mut Link) -> Result<Vec<Target>, Error>;
+type Unaddressed = fn(&mut Link, &Frames) -> Result<Option<Heard>, Error>;
 
 impl Eq for Protocol {}
 
@@ -85,6 +95,13 @@ impl Protocol {
         let mut all = PROTOCOLS.into_iter();
         let own = all.find(|protocol| protocol.is_of(product));
         own.unwrap_or(PROTOCOLS[0])
+    }
+
+    /// The addresses that a search asks.
+    pub(crate) fn searched(&self) -> Vec<Target> {
+        let numbers = self.range.clone().filter(|_| self.is_searched);
+        let targets = numbers.map(|number| (self.target)(&number.to_string()));
+        targets.filter_map(Result::ok).collect()
     }
 
     /// Whether a product can have this protocol.
@@ -209,6 +226,21 @@ pub trait Master {
         Ok(None)
     }
 
+    /// Whether another master can own the sensor, so that it is only listened to.
+    fn can_be_owned(&self) -> bool {
+        false
+    }
+
+    /// The sensor, if these frames show that another master owns it.
+    fn owned(&self, _frames: &Frames) -> Option<Found> {
+        None
+    }
+
+    /// The active bits of the status in a reply of a product.
+    fn conditions(&self, _product: &Product, _status: u8) -> Vec<Condition> {
+        Vec::new()
+    }
+
     /// What reads all angles at once; None: each is read by itself.
     fn poller(&self) -> Option<Box<dyn Poller>> {
         None
@@ -271,6 +303,15 @@ pub trait Master {
     fn is_used(&self, _link: &mut Link) -> Result<bool, Error> {
         Ok(false)
     }
+}
+
+/// An active bit of the status of a sensor.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Condition {
+    /// Its name in the manual.
+    pub name: &'static str,
+    /// The sensor has an error.
+    pub is_error: bool,
 }
 
 /// Makes [`Target`] and [`PROTOCOLS`] of a line for each protocol.

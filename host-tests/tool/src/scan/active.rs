@@ -4,18 +4,15 @@
 //! without node-ID to configuration mode and back.
 
 use super::listen::Frames;
-use super::passive::{is_lss_used, is_used};
-use super::row::{By, Heard, Row, Rows, UNCONFIGURED};
+use super::passive::is_used;
+use super::row::{Row, Rows};
 use crate::error::Error;
 use crate::identify;
 use crate::link::Link;
-use crate::master::canopen::lss;
-use crate::master::devicenet::explicit::Slave;
 use crate::master::factory_targets;
 use crate::master::fsc::boot_up::boot_up;
 use crate::master::fsc::request::{self as fsc, Sensor};
-use crate::master::j1939::groups as j1939;
-use crate::master::{Ca, Node, Target};
+use crate::master::{PROTOCOLS, Target};
 use crate::note::{At, Note, Step};
 use crate::output::{Progress, Terminal};
 use plumbline::can::{BitRate, CanId, Frame};
@@ -29,10 +26,6 @@ const SEARCH_BITS: u32 = 150;
 
 /// The identifiers of the search between two updates of the progress.
 const STEP: u16 = 32;
-
-/// The node-IDs and MAC IDs that are asked.
-const NODES: u8 = 127;
-const MACS: u8 = 64;
 
 /// How many identifiers before an answer are asked again: the answer can be late.
 const LATE: u16 = 3;
@@ -139,7 +132,7 @@ impl Questions<'_> {
         Ok(())
     }
 
-    /// All node-IDs, a node without node-ID, all MAC IDs, and all J1939 nodes.
+    /// All node-IDs and MAC IDs, a node without address, and the nodes that tell their addresses.
     fn everybody(
         &self,
         link: &mut Link,
@@ -147,53 +140,29 @@ impl Questions<'_> {
         terminal: &mut Terminal,
     ) -> Result<(), Error> {
         let everybody = Step::Everybody(link.rate().into());
-        let step = |terminal: &mut Terminal, done: u8| {
-            let progress = Progress {
-                done: done.into(),
-                total: usize::from(NODES) + usize::from(MACS),
-                step: &everybody,
-            };
-            terminal.progress(progress, None);
-        };
-        for node in 1..=NODES {
-            step(terminal, node - 1);
-            self.one(
-                link,
-                Target::Canopen(Node(node)),
-                identify::QUICK,
-                rows,
-                terminal,
-            )?;
-        }
-        if self.permits("canopen") && !is_lss_used(self.frames) {
-            let unconfigured = lss::find(link);
-            // A node that fastscan has begun to select must not stay in configuration mode.
-            lss::release(link)?;
-            if let Some([vendor, code, _, serial]) = unconfigured? {
-                let row = Heard {
-                    protocol: "canopen",
-                    address: Some(UNCONFIGURED.to_owned()),
-                    serial: Some(serial),
-                    text: Some(format!("vendor {vendor:X}h, product code {code:X}h")),
-                    by: By::Message,
+        let (mut done, total) = (0, searched());
+        for protocol in PROTOCOLS {
+            for target in protocol.searched() {
+                let progress = Progress {
+                    done,
+                    total,
+                    step: &everybody,
                 };
-                rows.add(link.rate(), Row::Heard(row), terminal)?;
+                terminal.progress(progress, None);
+                done += 1;
+                self.one(link, target, identify::QUICK, rows, terminal)?;
             }
-        }
-        for mac in 0..MACS {
-            step(terminal, NODES + mac);
-            let target = Target::Devicenet(Slave { mac });
-            self.one(link, target, identify::QUICK, rows, terminal)?;
-        }
-        if self.permits("j1939") {
-            for (address, _) in j1939::nodes(link)? {
-                self.one(
-                    link,
-                    Target::J1939(Ca(address)),
-                    identify::PATIENT,
-                    rows,
-                    terminal,
-                )?;
+            if !self.permits(protocol.name) {
+                continue;
+            }
+            if let Some(find) = protocol.unaddressed
+                && let Some(heard) = find(link, self.frames)?
+            {
+                rows.add(link.rate(), Row::Heard(heard), terminal)?;
+            }
+            let told = protocol.told.map(|told| told(link)).transpose()?;
+            for target in told.into_iter().flatten() {
+                self.one(link, target, identify::PATIENT, rows, terminal)?;
             }
         }
         self.booted(link, rows, terminal)
@@ -206,9 +175,9 @@ impl Questions<'_> {
         rows: &mut Rows,
         terminal: &mut Terminal,
     ) -> Result<(), Error> {
-        for sensor in link.take_booted()? {
+        for target in link.take_booted()? {
             for _ in 0..3 {
-                self.one(link, Target::Fsc(sensor), fsc::ANSWER, rows, terminal)?;
+                self.one(link, target, fsc::ANSWER, rows, terminal)?;
             }
         }
         Ok(())
@@ -225,7 +194,7 @@ impl Questions<'_> {
         if !self.search {
             return self.everybody(link, rows, terminal);
         }
-        let nodes = u64::from(NODES) + u64::from(MACS);
+        let nodes = searched() as u64;
         let time = nodes * identify::question(link, identify::QUICK).to_micros() + searching(link);
         terminal.note(&Note::SearchTakes(time / 1_000_000));
         self.everybody(link, rows, terminal)?;
@@ -280,6 +249,12 @@ impl Questions<'_> {
         }
         Ok(())
     }
+}
+
+/// The number of all node-IDs and MAC IDs.
+fn searched() -> usize {
+    let all = PROTOCOLS.iter().map(|protocol| protocol.searched().len());
+    all.sum()
 }
 
 /// The wait for an answer in a search of all identifiers.

@@ -13,7 +13,7 @@ pub mod listen;
 mod memory;
 pub mod passive;
 mod process_data;
-mod row;
+pub(crate) mod row;
 pub mod schedule;
 
 use crate::adapter::{Adapter, Mode};

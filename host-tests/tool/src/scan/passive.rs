@@ -24,7 +24,7 @@ use crate::master::fsc::factory_reply;
 use crate::master::fsc::request::{Sensor, shown};
 use crate::master::{Ca, Target, canopen};
 use embedded_can::Id;
-use plumbline::can::{CanId, Frame};
+use plumbline::can::Frame;
 use plumbline::canopen::cob_id::ERROR_CONTROL;
 use plumbline::devicenet::identifiers::{group_2, group_2_id};
 use plumbline::j1939::groups;
@@ -228,13 +228,6 @@ fn is_diagnosed(address: u8, frames: &Frames) -> bool {
     ids.any(|id| id.source == address && id.pgn == ACTIVE_CODES && id.priority == PRIORITY)
 }
 
-/// Whether another master of layer setting services is on the bus.
-pub fn is_lss_used(frames: &Frames) -> bool {
-    let ids = [0x7E4, 0x7E5].map(CanId::standard);
-    let mut frames = frames.iter();
-    frames.any(|(_, frame)| ids.contains(&frame.can_id()))
-}
-
 /// The protocol of the bus, if the frames show it for sure. One bus has one protocol.
 pub fn protocol(sightings: &[Sighting]) -> Option<&'static str> {
     let mut sure = sightings.iter().filter(|sighting| sighting.shows_protocol);
@@ -247,13 +240,6 @@ pub fn is_used(target: Target, frames: &Frames) -> bool {
     frames
         .iter()
         .any(|(_, frame)| ids.contains(&frame.can_id()))
-}
-
-/// Whether the frames show that a DeviceNet slave sends I/O messages, so that another master owns it.
-pub fn is_io(slave: Slave, frames: &Frames) -> bool {
-    let ids = slave.io();
-    let is_own = |frame: &Frame| ids.contains(&frame.can_id()) && !frame.is_remote();
-    frames.iter().any(|(_, frame)| is_own(frame))
 }
 
 fn sign(frame: &Frame) -> Option<Sign> {

@@ -201,7 +201,7 @@ impl Row {
 }
 
 /// The address of a node without node-ID.
-pub(super) const UNCONFIGURED: &str = "unconfigured";
+pub(crate) const UNCONFIGURED: &str = "unconfigured";
 
 pub(crate) fn kbits(rate: BitRate) -> Value {
     let bits = rate.bits_per_second();

@@ -9,14 +9,12 @@ use super::sheets::Sheets;
 use crate::cyclic::pace::Pace;
 use crate::error::{Error, Kind as Refusal, RequestError};
 use crate::identify::Found;
-use crate::master::fsc;
 use crate::sample::{Sample, Sampler};
 use crate::scan::kbits;
 use crate::session::Session;
 use crate::sheet::Entry;
 use crate::texts::Text;
 use condition::ERROR_REGISTER;
-use plumbline::fsc::Condition;
 use plumbline::time::{Duration, Instant, after, millis};
 use serde_json::{Value, json};
 
@@ -314,19 +312,11 @@ impl Live {
             }
         }
         self.push(Value::Array(row));
-        if let (Some(status), Some(tables)) =
-            (sample.status, fsc::tables(self.session.sheet.product))
-        {
-            let bits = tables.status.iter().enumerate();
-            let active = bits.filter(|(place, _)| status >> place & 1 != 0);
-            let words = active.map(|(_, bit)| {
-                let is_error = !matches!(
-                    bit.condition,
-                    Condition::Never | Condition::DefaultParam | Condition::AutobaudDetection
-                );
-                json!({"name": bit.name, "error": is_error})
-            });
-            self.show_condition(words.collect(), hub);
+        if let Some(status) = sample.status {
+            let product = self.session.sheet.product;
+            let bits = self.session.target.conditions(product, status).into_iter();
+            let bits = bits.map(|bit| json!({"name": bit.name, "error": bit.is_error}));
+            self.show_condition(bits.collect(), hub);
         }
     }
 

@@ -2,6 +2,9 @@
 
 use crate::error::{Error, Next, Refusal, Silence, What};
 use crate::link::Link;
+use crate::master::canopen::PROTOCOL;
+use crate::scan::listen::Frames;
+use crate::scan::row::{By, Heard, UNCONFIGURED};
 use plumbline::can::{BitRate, CanId, Frame};
 use plumbline::canopen::cob_id::{LSS_REPLY, LSS_REQUEST};
 use plumbline::canopen::lss::{BEGIN_SCAN, BIT_RATES, answer, command};
@@ -28,6 +31,28 @@ fn ask(link: &mut Link, bytes: [u8; 8], time: Duration) -> Result<Option<[u8; 8]
         let bytes: Option<[u8; 8]> = frame.bytes().try_into().ok();
         bytes.filter(|_| frame.can_id() == SLAVE)
     })
+}
+
+/// A node without node-ID, unless another master of layer setting services is on the bus.
+pub(super) fn unaddressed(link: &mut Link, frames: &Frames) -> Result<Option<Heard>, Error> {
+    if frames.iter().any(|(_, frame)| is_used(frame)) {
+        return Ok(None);
+    }
+    let found = find(link);
+    // A node that fastscan has begun to select must not stay in configuration mode.
+    release(link)?;
+    Ok(found?.map(|[vendor, code, _, serial]| Heard {
+        protocol: PROTOCOL.name,
+        address: Some(UNCONFIGURED.to_owned()),
+        serial: Some(serial),
+        text: Some(format!("vendor {vendor:X}h, product code {code:X}h")),
+        by: By::Message,
+    }))
+}
+
+/// Whether a message is one of layer setting services.
+fn is_used(frame: &Frame) -> bool {
+    [MASTER, SLAVE].contains(&frame.can_id())
 }
 
 fn fastscan(link: &mut Link, id: u32, bit: u8, sub: u8, next: u8) -> Result<bool, Error> {
@@ -137,6 +162,15 @@ pub fn release(link: &mut Link) -> Result<(), Error> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn other_master_of_layer_setting_services_is_recognised() {
+        let frame = |id| Frame::of(CanId::standard(id), [4, 0, 0, 0, 0, 0, 0, 0], 8);
+        assert_eq!(
+            [0x7E4, 0x7E5, 0x70A].map(|id| is_used(&frame(id))),
+            [true, true, false]
+        );
+    }
 
     #[test]
     fn refusal_of_a_bit_rate_does_not_advise_to_repeat() {

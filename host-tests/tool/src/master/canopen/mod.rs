@@ -47,6 +47,9 @@ pub const PROTOCOL: Protocol = Protocol {
     target,
     roles,
     rows: rows::add,
+    is_searched: true,
+    told: None,
+    unaddressed: Some(lss::unaddressed),
 };
 
 /// A node, with its node-ID.

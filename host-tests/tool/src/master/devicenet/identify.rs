@@ -12,7 +12,7 @@ use plumbline::param::number;
 use plumbline::time::Duration;
 
 /// A slave of another master.
-pub(crate) fn owned(slave: Slave) -> Found {
+pub(super) fn owned(slave: Slave) -> Found {
     Found {
         is_owned: true,
         ..Found::at(Target::Devicenet(slave))

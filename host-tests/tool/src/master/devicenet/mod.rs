@@ -8,7 +8,6 @@ mod identity;
 mod rows;
 
 pub(crate) use connection::Connection;
-pub(crate) use identify::owned;
 
 use super::{Master, Protocol, Roles, Storing, Target};
 use crate::cyclic::Started;
@@ -22,10 +21,11 @@ use crate::ops::raw::{bad, bytes};
 use crate::ops::report::Done;
 use crate::output::Terminal;
 use crate::sample::Sampler;
+use crate::scan::listen::Frames;
 use crate::session::Session;
 use crate::session::unexpected;
 use crate::sheet::Entry;
-use plumbline::can::CanId;
+use plumbline::can::{CanId, Frame};
 use plumbline::devicenet::identifiers::{group_2, group_2_id};
 use plumbline::model::catalog::{self, Product};
 use plumbline::model::listing::devicenet::Tables;
@@ -44,6 +44,9 @@ pub const PROTOCOL: Protocol = Protocol {
     target,
     roles,
     rows: rows::add,
+    is_searched: true,
+    told: None,
+    unaddressed: None,
 };
 
 /// How long a node is asked that has just been heard: it answers after its duplicate MAC ID check of two seconds.
@@ -94,6 +97,18 @@ impl Master for Slave {
 
     fn write(&self, session: &mut Session, entry: &Entry, bytes: &[u8]) -> Result<(), Error> {
         self.write_in(session, entry, bytes)
+    }
+
+    fn can_be_owned(&self) -> bool {
+        true
+    }
+
+    fn owned(&self, frames: &Frames) -> Option<Found> {
+        let ids = self.io();
+        let is_own = |frame: &Frame| ids.contains(&frame.can_id()) && !frame.is_remote();
+        let mut frames = frames.iter();
+        let sends = frames.any(|(_, frame)| is_own(frame));
+        sends.then(|| identify::owned(*self))
     }
 
     fn is_connected(&self, session: &mut Session) -> Result<bool, Error> {

@@ -8,7 +8,7 @@ pub mod request;
 mod rows;
 mod session;
 
-use super::{Master, Protocol, Roles, Storing, Target};
+use super::{Condition, Master, Protocol, Roles, Storing, Target};
 use crate::cyclic::{Source, Started};
 use crate::error::{Error, RequestError, What};
 use crate::identify::Found;
@@ -25,6 +25,7 @@ use crate::sheet::Entry;
 use angles::Angles;
 use plumbline::can::CanId;
 use plumbline::fsc::table::Operation;
+use plumbline::fsc::{Condition as Bit, StatusBit};
 use plumbline::model::catalog::{self, PRODUCTS, Product};
 use plumbline::model::listing::fsc::Tables;
 use plumbline::time::Duration;
@@ -42,6 +43,9 @@ pub const PROTOCOL: Protocol = Protocol {
     target,
     roles,
     rows: rows::add,
+    is_searched: false,
+    told: None,
+    unaddressed: None,
 };
 
 /// The tables of a product; None: it has another protocol.
@@ -144,6 +148,20 @@ impl Master for Sensor {
 
     fn restart(&self, session: &mut Session) -> Result<(), Error> {
         self.restart_in(session)
+    }
+
+    fn conditions(&self, product: &Product, status: u8) -> Vec<Condition> {
+        let bits = tables(product).map_or(&[][..], |tables| &tables.status);
+        let active = bits.iter().enumerate();
+        let active = active.filter(|(place, bit)| status >> place & 1 != 0 && !bit.name.is_empty());
+        let condition = |(_, bit): (_, &StatusBit)| Condition {
+            name: bit.name,
+            is_error: !matches!(
+                bit.condition,
+                Bit::Never | Bit::DefaultParam | Bit::AutobaudDetection
+            ),
+        };
+        active.map(condition).collect()
     }
 
     fn identity(&self, session: &mut Session) -> Result<Values, Error> {

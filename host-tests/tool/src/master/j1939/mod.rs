@@ -39,6 +39,9 @@ pub const PROTOCOL: Protocol = Protocol {
     roles,
     // Its parameters have no addresses that a tool knows.
     rows: |_| {},
+    is_searched: false,
+    told: Some(told),
+    unaddressed: None,
 };
 
 /// A controller application (CA), with its address.
@@ -51,6 +54,13 @@ pub fn tables(product: &Product) -> Option<&J1939Tables> {
         catalog::Protocol::J1939(tables) => Some(&tables.j1939),
         _ => canopen::tables(product)?.j1939.as_ref(),
     }
+}
+
+fn told(link: &mut Link) -> Result<Vec<Target>, Error> {
+    let nodes = j1939::nodes(link)?.into_iter();
+    Ok(nodes
+        .map(|(address, _)| Target::J1939(Ca(address)))
+        .collect())
 }
 
 fn target(address: &str) -> Result<Target, Error> {

@@ -1,4 +1,5 @@
 use super::*;
+use plumbline::can::CanId;
 use plumbline::can::{extended, standard};
 use plumbline::time::Instant;
 
@@ -173,17 +174,6 @@ fn duplicate_check_is_sure_exactly_twice_in_a_second_or_alone_and_without_other_
     let claim = Frame::data(extended(0x18EE_FF80), &[0; 8]).unwrap();
     let with_claim = [(0, check), (1, claim), (1000, check)];
     assert_eq!(asked_at(&at(&with_claim)), [Target::J1939(Ca(0x80))]);
-}
-
-#[test]
-fn other_master_of_layer_setting_services_is_recognised() {
-    assert!(!is_lss_used(&timed(&[frame(0x70A, &[0])])));
-    for id in [0x7E4, 0x7E5] {
-        assert!(
-            is_lss_used(&timed(&[frame(id, &[4, 0, 0, 0, 0, 0, 0, 0])])),
-            "{id:X}"
-        );
-    }
 }
 
 /// The addresses that are asked after a yes.
