@@ -8,7 +8,7 @@
 //!
 //! result: 0 done, 1 refused or failed.
 
-use plumbline::j1939::diagnostics::Code;
+use plumbline::j1939::diagnostics::Trouble;
 use plumbline::j1939::signal::{self, Contents, Field, Group, Signal};
 use plumbline::j1939::{Conditions, J1939Node, Product, Sent, Timer, name};
 use plumbline::model::listing::{self, Article, Guide};
@@ -119,10 +119,7 @@ impl Product for Mast {
     const MODEL: &'static str = "MAST";
     const VERSION: &'static str = "1.0";
     const TYPE: &'static str = "Slope";
-    const TROUBLES: &'static [Code] = &[Code {
-        spn: 520_193,
-        fmi: 12,
-    }];
+    const TROUBLES: &'static [Trouble] = &[Trouble::new(520_193, 12)];
     const IMAGE: ImageId = ImageId::new(0x7012);
     plumbline::project!(groups);
 

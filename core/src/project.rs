@@ -11,7 +11,7 @@
 /// | `project!(objects)`     | [`canopen::Product`](crate::canopen::Product)    | the rows of the object dictionary           |
 /// | `project!(functions)`   | [`fsc::Product`](crate::fsc::Product)            | the function select codes                   |
 /// | `project!(attributes)`  | [`devicenet::Product`](crate::devicenet::Product)| the objects of the vendor and the assemblies|
-/// | `project!(groups)`      | [`j1939::Product`](crate::j1939::Product)        | the proof that the tables were checked      |
+/// | `project!(groups)`      | [`j1939::Product`](crate::j1939::Product)        | the trouble codes, the proof of the checks  |
 ///
 /// ```
 /// use plumbline::param::{DataType, Parameter, ParameterId, Table};
@@ -180,6 +180,11 @@ macro_rules! project {
     };
     (groups) => {
         const CHECKED: $crate::j1939::Checked = const { $crate::j1939::Checked::tables::<Self>() };
+        const TROUBLE_CODES: &'static [$crate::j1939::diagnostics::Code] = const {
+            &$crate::j1939::diagnostics::Trouble::codes::<
+                { <Self as $crate::j1939::Product>::TROUBLES.len() },
+            >(<Self as $crate::j1939::Product>::TROUBLES)
+        };
     };
     (@application $protocol:ident) => {
         <<Self as $crate::$protocol::Product>::Application as $crate::application::Application>::Table

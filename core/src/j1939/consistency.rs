@@ -1,7 +1,7 @@
 //! Checks that the description of a product is consistent. The compiler evaluates them where the tables are written. A mistake is a compile
 //! error that names the row.
 
-use super::diagnostics::{CODES, Code};
+use super::diagnostics::{CODES, Trouble};
 use super::identifier::{
     ACTIVE_CODES, COMMANDED_ADDRESS, COMPONENT_IDENTIFICATION, ECU_IDENTIFICATION, LAST_ADDRESS,
     PROPRIETARY_A, Pgn, SOFTWARE_IDENTIFICATION,
@@ -255,16 +255,16 @@ const fn check_text(item: &str, text: &str, longest: usize) {
 }
 
 #[track_caller]
-const fn check_troubles(troubles: &[Code]) {
+const fn check_troubles(troubles: &[Trouble]) {
     Mistake::item("TROUBLES").unless(
         troubles.len() <= CODES,
         "there are more than 14 trouble codes",
     );
-    each!(place, code in troubles => {
-        let mistake = Mistake::row("trouble code", place);
+    each!(place, Trouble { code, origin } in troubles => {
+        let mistake = Mistake::row("trouble code", place).at(*origin);
         mistake.unless(code.spn <= SPN_MAX, "a suspect parameter number has 19 bits");
         mistake.unless(code.fmi <= FMI_MAX, "a failure mode identifier has 5 bits");
-        each!(other in troubles.split_at(place).0 => {
+        each!(Trouble { code: other, .. } in troubles.split_at(place).0 => {
             mistake.unless(
                 other.spn != code.spn || other.fmi != code.fmi,
                 "another row has this trouble code",

@@ -13,7 +13,9 @@
 //! Without active code, the code is 0. A message with fewer than two codes has eight bytes, unused ones are FFh.
 
 use super::transport::Message;
+use crate::mistake::Origin;
 use crate::time::{Deadline, Duration, Instant, millis};
+use crate::walk::{each, put};
 
 /// The time between two DM1 messages while no code changes.
 pub const PERIOD: Duration = millis(1000);
@@ -37,6 +39,33 @@ pub struct Code {
     pub spn: u32,
     /// The failure mode identifier, 0 to 31.
     pub fmi: u8,
+}
+
+/// A trouble code in the table of a product.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Trouble {
+    /// The code.
+    pub code: Code,
+    /// The line of the row, for the message of a mistake.
+    pub origin: Origin,
+}
+
+impl Trouble {
+    /// The code with this suspect parameter number and failure mode identifier.
+    #[track_caller]
+    pub const fn new(spn: u32, fmi: u8) -> Self {
+        Self {
+            code: Code { spn, fmi },
+            origin: Origin::here(),
+        }
+    }
+
+    /// The codes, in the form that the device uses.
+    pub const fn codes<const N: usize>(troubles: &[Self]) -> [Code; N] {
+        let mut codes = [Code { spn: 0, fmi: 0 }; N];
+        each!(place, trouble in troubles => { put(&mut codes, place, trouble.code) });
+        codes
+    }
 }
 
 /// The trouble codes of a node: one bit for each code of the table of its product.

@@ -60,7 +60,7 @@ impl<P: Product> J1939<P> {
         };
         self.diagnostics.set(self.active(cx));
         let reported = self.diagnostics.reported();
-        let message = self.diagnostics.message(P::TROUBLES, reported);
+        let message = self.diagnostics.message(P::TROUBLE_CODES, reported);
         match <[u8; 8]>::try_from(&*message) {
             Ok(bytes) => {
                 let id = Identifier::new(ACTIVE_CODES, GLOBAL, source);

@@ -1,7 +1,7 @@
 //! The description of a product with the J1939 protocol.
 
 use super::consistency::Checked;
-use super::diagnostics::Code;
+use super::diagnostics::{Code, Trouble};
 use super::identifier::Pgn;
 use super::signal::Group;
 use super::timers::Timers;
@@ -64,7 +64,7 @@ pub trait Product: Sized + Send + 'static {
     /// The type of the device in the identification.
     const TYPE: &'static str;
     /// The diagnostic trouble codes, at most [`CODES`](super::diagnostics::CODES).
-    const TROUBLES: &'static [Code] = &[];
+    const TROUBLES: &'static [Trouble] = &[];
     /// The error LED in each state of the bus.
     const ERROR_LED: ErrorPatterns = ErrorPatterns {
         working: Pattern::Off,
@@ -73,6 +73,8 @@ pub trait Product: Sized + Send + 'static {
     };
     /// The identification of the stored parameters of this product.
     const IMAGE: ImageId;
+    /// The codes of [`TROUBLES`](Self::TROUBLES).
+    const TROUBLE_CODES: &'static [Code];
     /// The proof that the tables were checked.
     const CHECKED: Checked;
 

@@ -26,7 +26,7 @@ impl<P: Product> J1939<P> {
     pub(super) fn message(&self, cx: &ContextOf<P>, pgn: Pgn) -> Option<Message> {
         if pgn == ACTIVE_CODES {
             let active = self.diagnostics.active();
-            return Some(self.diagnostics.message(P::TROUBLES, active));
+            return Some(self.diagnostics.message(P::TROUBLE_CODES, active));
         }
         identification::message::<P>(pgn, &cx.shell)
     }

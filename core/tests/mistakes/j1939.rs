@@ -1,6 +1,6 @@
 //! A product with J1939 only, without mistakes. The tests replace one text of this file and compile it.
 
-use plumbline::j1939::diagnostics::Code;
+use plumbline::j1939::diagnostics::Trouble;
 use plumbline::j1939::signal::{Contents, Group, Signal, Source};
 use plumbline::j1939::{Product, Sent, Timer};
 use plumbline::param::Setting;
@@ -86,7 +86,10 @@ impl Product for Mast {
     const MODEL: &'static str = "Mast";
     const VERSION: &'static str = "1.0";
     const TYPE: &'static str = "Slope";
-    const TROUBLES: &'static [Code] = &[Code { spn: 3318, fmi: 12 }, Code { spn: 639, fmi: 2 }];
+    const TROUBLES: &'static [Trouble] = &[
+        Trouble::new(3318, 12),
+        Trouble::new(639, 2),
+    ];
     const IMAGE: ImageId = ImageId::new(0x7006);
     plumbline::project!(groups);
 }

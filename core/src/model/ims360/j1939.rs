@@ -12,7 +12,7 @@ use crate::angle::Angle;
 use crate::application::{Faults, Values};
 use crate::canopen;
 use crate::canopen::dictionary::text_at;
-use crate::j1939::diagnostics::Code;
+use crate::j1939::diagnostics::Trouble;
 use crate::j1939::groups::{self, GROUPS};
 use crate::j1939::signal::{Group, Measured, Merit, Motion};
 use crate::j1939::{self, Conditions, Sent, Timer};
@@ -44,31 +44,27 @@ const BATTERY: u32 = 168;
 const MEMORY: u32 = 630;
 const NETWORK: u32 = 639;
 
-const fn code(spn: u32, fmi: u8) -> Code {
-    Code { spn, fmi }
-}
-
 /// The trouble codes, from bit 0 on.
-const TROUBLES: [Code; 12] = [
-    code(PITCH, ABOVE),
-    code(PITCH, BELOW),
-    code(PITCH, ERRATIC),
-    code(ROLL, ABOVE),
-    code(ROLL, BELOW),
-    code(ROLL, ERRATIC),
-    code(PITCH, DEFECTIVE),
-    code(ROLL, DEFECTIVE),
-    code(BATTERY, VOLTAGE_ABOVE),
-    code(BATTERY, VOLTAGE_BELOW),
-    code(MEMORY, DEFECTIVE),
-    code(NETWORK, ERRATIC),
+const TROUBLES: [Trouble; 12] = [
+    Trouble::new(PITCH, ABOVE),
+    Trouble::new(PITCH, BELOW),
+    Trouble::new(PITCH, ERRATIC),
+    Trouble::new(ROLL, ABOVE),
+    Trouble::new(ROLL, BELOW),
+    Trouble::new(ROLL, ERRATIC),
+    Trouble::new(PITCH, DEFECTIVE),
+    Trouble::new(ROLL, DEFECTIVE),
+    Trouble::new(BATTERY, VOLTAGE_ABOVE),
+    Trouble::new(BATTERY, VOLTAGE_BELOW),
+    Trouble::new(MEMORY, DEFECTIVE),
+    Trouble::new(NETWORK, ERRATIC),
 ];
 
 /// The bit of a trouble code.
 const fn bit(spn: u32, fmi: u8) -> u16 {
     let mut bit = 0;
-    each!(place, trouble in &TROUBLES => {
-        if trouble.spn == spn && trouble.fmi == fmi {
+    each!(place, Trouble { code, .. } in &TROUBLES => {
+        if code.spn == spn && code.fmi == fmi {
             bit = 1 << place;
         }
     });
@@ -119,7 +115,7 @@ impl j1939::Product for Ims360Product {
     const MODEL: &'static str = text_at(OBJECTS, 0x1008, 0);
     const VERSION: &'static str = text_at(OBJECTS, 0x100A, 0);
     const TYPE: &'static str = "Inclinometer";
-    const TROUBLES: &'static [Code] = &TROUBLES;
+    const TROUBLES: &'static [Trouble] = &TROUBLES;
     const IMAGE: ImageId = <Self as canopen::Product>::IMAGE;
     crate::project!(groups);
 

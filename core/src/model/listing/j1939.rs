@@ -43,7 +43,7 @@ impl J1939Tables {
             },
             address: P::ADDRESS,
             name: P::NAME,
-            troubles: P::TROUBLES,
+            troubles: P::TROUBLE_CODES,
         }
     }
 }

@@ -7,7 +7,7 @@
 
 use crate::tester::Tester;
 use plumbline::can::BitRate;
-use plumbline::j1939::diagnostics::Code;
+use plumbline::j1939::diagnostics::Trouble;
 use plumbline::j1939::signal::{Contents, Group, Signal};
 use plumbline::j1939::{Conditions, J1939Node, Product, Sent, Timer, name};
 use plumbline::measure::ONE_G;
@@ -96,10 +96,10 @@ impl Product for Mast {
     const MODEL: &'static str = "Mast";
     const VERSION: &'static str = "1.0";
     const TYPE: &'static str = "Slope";
-    const TROUBLES: &'static [Code] = &[
-        Code { spn: 3318, fmi: 12 },
-        Code { spn: 630, fmi: 12 },
-        Code { spn: 639, fmi: 2 },
+    const TROUBLES: &'static [Trouble] = &[
+        Trouble::new(3318, 12),
+        Trouble::new(630, 12),
+        Trouble::new(639, 2),
     ];
     const IMAGE: ImageId = ImageId::new(0x7006);
     plumbline::project!(groups);
