@@ -6,6 +6,10 @@
 //! | 04h | AFIO_MAPR | remapping |
 //! | 08h..14h | AFIO_EXTICR1..4 | sources of external interrupts: stored, without effect |
 
+mod outputs;
+
+pub use outputs::{Output, SpiOutput};
+
 use super::gpio::{Gpio, Pin, PinMode, PortName};
 use super::io::AccessError;
 use super::violation::Violations;

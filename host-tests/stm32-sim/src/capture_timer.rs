@@ -105,10 +105,9 @@ impl CaptureTimer {
         }
     }
 
-    /// True if channel 4 is enabled.
-    pub fn channel_4_is_on(&self) -> bool {
-        let [_, fourth] = &CHANNELS;
-        self.edges & fourth.enable != 0
+    /// TIMx_CCER: bit 4 n - 4 enables channel n.
+    pub fn enabled(&self) -> u32 {
+        self.edges
     }
 
     fn counter(&self, now: Picoseconds, clock: u32) -> u16 {

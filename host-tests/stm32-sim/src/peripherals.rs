@@ -1,10 +1,12 @@
 //! All peripherals, and the effects of one peripheral on another. The address map and the clock gates are those of the
 //! [chip](super::chip). `peripherals/access.rs` has the accesses of the processor, with the clock gating, and
-//! `peripherals/accelerometer.rs` the SPI with the accelerometer, `peripherals/supply.rs` the converter at the sensor's supply.
+//! `peripherals/accelerometer.rs` the SPI with the accelerometer, `peripherals/supply.rs` the converter at the sensor's supply,
+//! `peripherals/pins.rs` the conflicts at the pins.
 
 mod accelerometer;
 mod access;
 mod disturbance;
+mod pins;
 mod supply;
 #[cfg(test)]
 mod tests;

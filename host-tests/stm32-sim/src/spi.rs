@@ -39,6 +39,7 @@ const NOT_MODELLED: u32 = LEAST_SIGNIFICANT_FIRST | RECEIVE_ONLY | CRC_ENABLE | 
 
 // SPI_CR2.
 const DMA: u32 = 0b11;
+const SELECT_OUTPUT: u32 = 1 << 2;
 const ERROR_INTERRUPT: u32 = 1 << 5;
 const RECEIVE_INTERRUPT: u32 = 1 << 6;
 const TRANSMIT_INTERRUPT: u32 = 1 << 7;
@@ -124,6 +125,16 @@ impl Spi {
     /// The frequency of SCK in Hz.
     pub fn bit_rate(&self, clocks: Clocks) -> u32 {
         clocks.pclk / self.prescaler()
+    }
+
+    /// True if it is a master that is on.
+    pub fn is_master(&self) -> bool {
+        self.cr1 & (MASTER | ENABLE) == MASTER | ENABLE
+    }
+
+    /// True if NSS is an output (SSOE), without the software slave management.
+    pub fn drives_select(&self) -> bool {
+        self.cr2 & SELECT_OUTPUT != 0 && self.cr1 & SOFTWARE_SELECT == 0
     }
 
     /// True in TI mode.
@@ -337,8 +348,7 @@ impl Spi {
     /// True while a master receives without end.
     fn only_receives(&self) -> bool {
         let one_line_input = self.cr1 & (ONE_LINE | ONE_LINE_OUTPUT) == ONE_LINE;
-        self.cr1 & (MASTER | ENABLE) == MASTER | ENABLE
-            && (one_line_input || self.cr1 & RECEIVE_ONLY != 0)
+        self.is_master() && (one_line_input || self.cr1 & RECEIVE_ONLY != 0)
     }
 
     /// Two frames of the idle line are received, the second one without room.

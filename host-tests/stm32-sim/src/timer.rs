@@ -71,6 +71,11 @@ impl Timer {
         Some(((high * 1000 + period / 2) / period) as u16)
     }
 
+    /// TIMx_CCER: bit 4 n - 4 enables channel n.
+    pub fn enabled(&self) -> u32 {
+        self.outputs
+    }
+
     /// With a period of 0 the counter is blocked (RM0008, TIMx_ARR), in a slave mode it waits for a trigger.
     fn counts(&self) -> bool {
         let [_, slave] = self.trigger;

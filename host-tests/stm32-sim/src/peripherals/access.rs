@@ -1,10 +1,8 @@
 //! Accesses of the processor to the registers of the peripherals, with the clock gating, and its writes to the flash memory.
 
 use super::Peripherals;
-use crate::board::HEATER_CHANNEL;
-use crate::chip::{Chip, Module};
+use crate::chip::Module;
 use crate::flash::FlashInterface;
-use crate::gpio::PinMode;
 use crate::io::{AccessError, Io, Width};
 use crate::timebase::Picoseconds;
 use crate::violation::Violations;
@@ -161,25 +159,6 @@ impl Peripherals {
         Ok(())
     }
 
-    /// Checks the pins of the STM32F103, which has no multiplexer for the outputs of its peripherals.
-    fn check_outputs(&mut self) {
-        if self.chip != Chip::F103 {
-            return;
-        }
-        let can_drives = self.afio.can_drives(&self.gpio);
-        self.violations.check(
-            can_drives && self.tim4.channel_4_is_on(),
-            "TIM4_CCER",
-            "channel 4 and the CAN controller are both enabled at PB9",
-        );
-        let heater = self.gpio.mode(self.board.facts().pins.heater);
-        self.violations.check(
-            heater == PinMode::AlternatePushPull && self.tim3.duty(HEATER_CHANNEL).is_none(),
-            "GPIOB_CRL",
-            "PB0 is an output of TIM3, which does not run",
-        );
-    }
-
     /// The state that the machine checks after an access: the next events, the interrupt lines and the level at TXD.
     fn watched(&self) -> Watched {
         Watched {
@@ -265,8 +244,8 @@ impl Io for Peripherals {
         };
         self.touched = true;
         self.write_register(cycle, module, offset & !3, value)?;
-        if matches!(module, Module::Gpio(_) | Module::Afio | Module::Tim4) {
-            self.check_outputs();
+        if self.connects_pins(module, offset & !3) {
+            self.check_pins();
         }
         let Some(before) = before else {
             self.changed = true;

@@ -3,6 +3,7 @@ use crate::flash::{Times, Work};
 use crate::io::{AccessError, Io, Width};
 use plumbline::measure::{I32x3, ONE_G, Reading};
 
+const TIM3: u32 = 0x4000_0400;
 const TIM4: u32 = 0x4000_0800;
 const IWDG: u32 = 0x4000_3000;
 const CAN: u32 = 0x4000_6400;
@@ -383,19 +384,40 @@ fn end_of_frame_is_event_when_interrupt_is_enabled() {
 mod f446;
 
 #[test]
-fn two_outputs_at_pb9_are_a_violation() {
+fn two_outputs_at_a_pin_are_a_violation() {
+    const CONFLICT: &str = "two outputs drive one pin";
+    // Channel 4 of TIM4 and CAN_TX at PB9.
     let mut bench = Bench::new();
     bench.write(APB2ENR, 1 << 3 | 1);
-    bench.write(APB1ENR, 1 << 2);
+    bench.write(APB1ENR, 1 << 25 | 1 << 2);
     bench.write(AFIO + 4, 2 << 13);
     bench.write(TIM4 + 0x1C, 0x3231);
     bench.write(TIM4 + 0x20, 0x3100);
     bench.write(GPIOB + 4, 0x4444_4438);
     assert_eq!(bench.reasons(), [""; 0]);
     bench.write(GPIOB + 4, 0x4444_44B8);
+    assert_eq!(bench.reasons(), [CONFLICT]);
+    // Channel 2 of TIM3 and MOSI at PA7; with TIM3 remapped it is at PB5.
+    for (mapr, expected) in [(0, vec![CONFLICT]), (0b10 << 10, vec![])] {
+        let mut bench = Bench::with_spi();
+        bench.write(APB1ENR, 1 << 1);
+        bench.write(AFIO + 4, mapr);
+        assert_eq!(bench.reasons(), [""; 0]);
+        bench.write(TIM3 + 0x20, 0x10);
+        assert_eq!(bench.reasons(), expected);
+    }
+    // JTDO and SCK of the remapped SPI1 at PB3.
+    let mut bench = Bench::with_spi();
+    bench.write(APB2ENR, 1 << 12 | 1 << 3 | 1 << 2 | 1);
+    bench.write(AFIO + 4, 1);
+    assert_eq!(bench.reasons(), [""; 0]);
+    bench.write(GPIOB, 0x4444_B444);
+    assert_eq!(bench.reasons(), [CONFLICT]);
+    bench.write(AFIO + 4, 0b010 << 24 | 1);
     assert_eq!(
         bench.reasons(),
-        ["channel 4 and the CAN controller are both enabled at PB9"]
+        [CONFLICT],
+        "without JTAG there is no other one"
     );
 }
 

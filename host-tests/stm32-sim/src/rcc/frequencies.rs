@@ -54,6 +54,11 @@ impl Rcc {
         }
     }
 
+    /// True when MCO of the STM32F103 has a clock (RCC_CFGR.MCO).
+    pub fn outputs_clock(&self) -> bool {
+        self.cfgr >> 24 & 0b111 != 0
+    }
+
     /// True when the PLL runs from HSE.
     pub(super) fn pll_takes_hse(&self) -> bool {
         match self.chip {

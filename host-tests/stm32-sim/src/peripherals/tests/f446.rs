@@ -169,3 +169,16 @@ fn converter_measures_supply_of_scene_through_pc0() {
     assert_eq!(bench.read(ADC1 + 0x4C), Ok(1896));
     assert_eq!(bench.reasons(), [""; 0]);
 }
+
+#[test]
+fn input_with_two_pins_is_a_violation() {
+    let mut bench = Bench::of(Board::NucleoF446);
+    bench.write(AHB1ENR, 0x0010_0003);
+    // CAN1_RX at PA11, and at PB8.
+    bench.write(GPIOA + 0x24, 9 << 12);
+    bench.write(GPIOA, 0xA880_0000);
+    bench.write(GPIOB + 0x24, 9);
+    assert_eq!(bench.reasons(), [""; 0]);
+    bench.write(GPIOB, 0x0002_0280);
+    assert_eq!(bench.reasons(), ["the input has two pins"]);
+}
