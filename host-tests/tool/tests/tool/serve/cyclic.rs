@@ -13,7 +13,7 @@ use std::thread;
 use std::time::Duration;
 
 /// How much faster the time of the bus passes than that of the computer.
-const SPEEDUP: u64 = 100;
+const SPEEDUP: u64 = 20;
 
 /// The computer is late each time after this number of waits, for this time in ms.
 const LATE: (u32, u32) = (40, 35);

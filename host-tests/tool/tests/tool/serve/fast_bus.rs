@@ -11,7 +11,7 @@ use std::thread;
 use std::time::Duration;
 
 /// How much faster the time of the bus passes than that of the computer.
-const SPEEDUP: u64 = 100;
+const SPEEDUP: u64 = 20;
 
 /// The adapter of a port; one with a virtual sensor does not wait for the clock of the computer.
 pub fn connect(port: &str) -> Result<Box<dyn Adapter>, Error> {
