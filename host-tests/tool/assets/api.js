@@ -39,8 +39,8 @@ export class Failure extends Error {
 /** @param {Response} response */
 async function failure(response) {
   try {
-    const { error, texts } = await response.json();
-    return new Failure(error.code, texts, [502, 504].includes(response.status), error.questions);
+    const { error, texts, asks } = await response.json();
+    return new Failure(error.code, texts, [502, 504].includes(response.status), asks);
   } catch {
     const text = `HTTP ${response.status}`;
     return new Failure("http", { en: text, de: text });

@@ -5,7 +5,7 @@ import { Failure, get, post } from "./api.js";
 import { ask } from "./dialog.js";
 import { textOf } from "./reading.js";
 import { attempt, element, emit, fail, goneText, isReady, make, mayAct, on, press, sensor, state } from "./state.js";
-import { currentLanguage, inLanguage, onLanguage, questionText, t } from "./texts.js";
+import { currentLanguage, inLanguage, onLanguage, t } from "./texts.js";
 import { missed } from "./trace.js";
 
 const input = (/** @type {string} */ id) => /** @type {HTMLInputElement & HTMLSelectElement} */ (element(id));
@@ -137,10 +137,10 @@ async function asking(path, sent, name, doing) {
 
 /**
  * Sends a request until its questions are answered.
- * @param {(yes: import("./texts.js").Question[]) => Promise<unknown>} send @param {string} name of the button
+ * @param {(yes: object[]) => Promise<unknown>} send @param {string} name of the button
  */
 async function answered(send, name) {
-  /** The questions that were answered with yes. @type {import("./texts.js").Question[]} */
+  /** The questions that were answered with yes. @type {object[]} */
   const yes = [];
   /** @type {Set<string>} */
   const no = new Set();
@@ -152,10 +152,10 @@ async function answered(send, name) {
       if (!(error instanceof Failure) || error.code !== "asks") throw error;
       // One yes is enough. A question that was answered with no is not shown again.
       const given = yes.length;
-      for (const question of error.questions) {
+      for (const { question, texts } of error.questions) {
         const same = JSON.stringify(question);
         if (no.has(same)) continue;
-        if (await ask({ title: name, text: questionText(question), yes: t("ask-yes") })) {
+        if (await ask({ title: name, text: inLanguage(texts), yes: t("ask-yes") })) {
           yes.push(question);
           break;
         }

@@ -1,9 +1,9 @@
 // Each action with its command line.
 
 import { element, fail, make, on } from "./state.js";
-import { currentLanguage, inLanguage, onLanguage, questionText, t } from "./texts.js";
+import { currentLanguage, inLanguage, onLanguage, t } from "./texts.js";
 
-/** @typedef {{n: number, at: number, line: string, state: string, notes?: import("./texts.js").Texts[], texts?: import("./texts.js").Texts, error?: {questions?: import("./texts.js").Question[]}}} Action */
+/** @typedef {{n: number, at: number, line: string, state: string, notes?: import("./texts.js").Texts[], texts?: import("./texts.js").Texts, asks?: import("./texts.js").Question[]}} Action */
 /** The most actions. */
 const MOST = 100;
 /** The actions with their rows. @type {Map<number, {action: Action, row: HTMLElement}>} */
@@ -33,7 +33,7 @@ function item(action) {
   row.append(head, copy);
   entry.append(row);
   const text = action.texts ? inLanguage(action.texts) : "";
-  const ends = action.error?.questions?.map(questionText) ?? text.split("\n").filter((line) => line !== "");
+  const ends = action.asks?.map(({ texts }) => inLanguage(texts)) ?? text.split("\n").filter((line) => line !== "");
   const kind = action.state === "failed" ? "failed" : "note";
   for (const note of (action.notes ?? []).slice(-6)) entry.append(make("div", inLanguage(note), "note"));
   for (const line of ends) entry.append(make("div", line, kind));

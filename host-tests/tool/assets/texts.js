@@ -14,23 +14,11 @@ const listeners = [];
 
 /** The text of a key; {0}, {1} are replaced. @param {string} key @param {...(string | number)} parts @returns {string} */
 export function t(key, ...parts) {
-  return filled(key, /** @type {any} */ (parts));
-}
-
-/** The text of a key; the names in braces are replaced. @param {string} key @param {Record<string, unknown>} data */
-function filled(key, data) {
   const text = texts[language]?.[key] ?? texts.en[key] ?? key;
-  return text.replace(/\{(\w+)\}/g, (_, place) => String(data[place] ?? "-"));
+  return text.replace(/\{(\d)\}/g, (_, place) => String(parts[Number(place)] ?? "-"));
 }
 
-/** A question of the program: its id and its data. @typedef {{id: string} & Record<string, any>} Question */
-
-/** A question of the program in the language of the page. @param {Question} question @returns {string} */
-export function questionText(question) {
-  const doubts = (question.doubts ?? []).map((/** @type {any} */ doubt) => filled("question-doubt", { ...doubt, own: doubt.own ?? t("not-readable") }));
-  const rate = question.rate ?? t("interface-rate");
-  return filled(`question-${question.id}`, { ...question, rate, doubts: doubts.join("; ") });
-}
+/** A question of the program: its id and its data, which are sent back with a yes. @typedef {{question: {id: string}, texts: Texts}} Question */
 
 /** A text of the program. @typedef {{en: string, de: string}} Texts */
 

@@ -244,10 +244,10 @@ impl Display for Asks {
     }
 }
 
-/// The page forms the texts of questions from their data.
 impl Text for Asks {
     fn german(&self) -> String {
-        self.to_string()
+        let texts: Vec<String> = self.0.iter().map(Question::german).collect();
+        texts.join("\n")
     }
 }
 

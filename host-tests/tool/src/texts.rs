@@ -82,21 +82,24 @@ macro_rules! same {
 same! { String &'static str u8 u16 u32 u64 i64 usize f64 NewRate Side Average }
 
 /// Declares an enum with its texts: `Variant(data: Type) = "English", "German";`. A third text is the English one of the page.
+/// Data in braces, `Variant {data: Type}`, have their names in documents.
 macro_rules! texts {
     ($(#[$meta:meta])* $name:ident {
-        $($variant:ident $(($($field:ident: $type:ty),*))? = $english:literal, $german:literal $(, $page:literal)?;)*
+        $($(#[$own:meta])* $variant:ident $(($($field:ident: $type:ty),*))? $({$($part:ident: $kind:ty),*})?
+            = $english:literal, $german:literal $(, $page:literal)?;)*
     }) => {
         $(#[$meta])*
         #[derive(Clone, PartialEq, Debug)]
         pub enum $name {
             $(#[doc = concat!("```text\n", $english, "\n```")]
-            $variant $(($($type),*))?,)*
+            $(#[$own])*
+            $variant $(($($type),*))? $({$(#[doc = concat!("`{", stringify!($part), "}`")] $part: $kind),*})?,)*
         }
 
         impl std::fmt::Display for $name {
             fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
                 match self {
-                    $(Self::$variant $(($($field),*))? => write!(f, $english),)*
+                    $(Self::$variant $(($($field),*))? $({$($part),*})? => write!(f, $english),)*
                 }
             }
         }
@@ -104,8 +107,9 @@ macro_rules! texts {
         impl $crate::texts::Text for $name {
             fn german(&self) -> String {
                 match self {
-                    $(Self::$variant $(($($field),*))? => {
+                    $(Self::$variant $(($($field),*))? $({$($part),*})? => {
                         $($(let $field = $crate::texts::Field::german($field);)*)?
+                        $($(let $part = $crate::texts::Field::german($part);)*)?
                         format!($german)
                     })*
                 }
@@ -113,8 +117,9 @@ macro_rules! texts {
 
             fn page(&self) -> String {
                 match self {
-                    $(Self::$variant $(($($field),*))? => {
+                    $(Self::$variant $(($($field),*))? $({$($part),*})? => {
                         $($(let $field = $crate::texts::Field::page($field);)*)?
+                        $($(let $part = $crate::texts::Field::page($part);)*)?
                         $crate::texts::texts!(@page $english $(, $page)?)
                     })*
                 }

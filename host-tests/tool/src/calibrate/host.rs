@@ -51,21 +51,14 @@ impl State {
     }
 }
 
-/// A question to the user.
-#[derive(Clone, Copy, PartialEq, Debug)]
-pub enum Question {
-    /// Whether a measurement is taken.
-    Take {
-        /// The side that is up.
-        side: Side,
-        /// The means of the measurement.
-        average: Average,
-    },
-    /// Whether a position is measured again; no ends the calibration.
-    Again {
-        /// The side that must be up.
-        side: Side,
-    },
+texts! {
+    /// A question to the user. A no to the second one ends the calibration.
+    #[derive(Copy)]
+    Question {
+        Take(side: Side, average: Average) = "{side} is up and at rest: {average}. Take this position?",
+            "{side} ist oben und in Ruhe: {average}. Diese Lage nehmen?";
+        Again = "Measure this position again?", "Diese Lage noch einmal messen?";
+    }
 }
 
 /// The interface that leads the user through the positions.
@@ -119,20 +112,6 @@ impl Host for Asks<'_, '_> {
 
     fn is_stopped(&self) -> bool {
         (self.terminal.stopped)()
-    }
-}
-
-impl Display for Question {
-    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Take { side, average } => {
-                write!(
-                    f,
-                    "{side} is up and at rest: {average}. Take this position?"
-                )
-            }
-            Self::Again { .. } => f.write_str("Measure this position again?"),
-        }
     }
 }
 

@@ -223,10 +223,10 @@ impl Guide {
                 host.tell(&Step::Measured(state, average));
                 continue;
             }
-            if host.ask(&Question::Take { side, average }) {
+            if host.ask(&Question::Take(side, average)) {
                 return Ok(average);
             }
-            if !host.is_stopped() && host.ask(&Question::Again { side }) {
+            if !host.is_stopped() && host.ask(&Question::Again) {
                 self.restart(measurement, host)?;
                 samples = 0;
                 continue;

@@ -285,7 +285,7 @@ fn on_bus(cli: &Cli, bus: &mut Bus, terminal: &mut Terminal) -> Result<(), Error
 
 /// A file that exists is replaced only after a yes.
 fn replaced(path: &Path, terminal: &mut Terminal) -> Result<(), Error> {
-    if path.is_file() && !terminal.ask(&Question::Overwrite(path.to_owned()))? {
+    if path.is_file() && !terminal.ask(&Question::Overwrite(path.display().to_string()))? {
         return Err(FileError::Exists(path.display().to_string()).into());
     }
     Ok(())

@@ -5,7 +5,7 @@ use crate::error::{Error, RequestError, SensorError};
 use crate::identify::Found;
 use crate::master::Protocol;
 use crate::output::Terminal;
-use crate::question::{Name, Question};
+use crate::question::{Name, Question, Version};
 use plumbline::model::catalog::Product;
 
 /// The product for a session.
@@ -54,7 +54,10 @@ fn confirmed(
     let question = Question::OtherProduct {
         told: own.clone(),
         article: article(found).to_owned(),
-        version: found.firmware.clone(),
+        version: found
+            .firmware
+            .clone()
+            .map_or(Version::Unknown, Version::Told),
         product: name.to_owned(),
     };
     if terminal.ask(&question)? {

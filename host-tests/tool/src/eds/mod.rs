@@ -320,11 +320,17 @@ pub fn check(session: &mut Session, terminal: &mut Terminal) -> Result<(), Error
             own,
         });
     }
-    let told = Doubts(doubts.clone());
-    if doubts.is_empty() || terminal.ask(&Question::DataSheet { doubts })? {
+    if doubts.is_empty() {
         return Ok(());
     }
-    Err(RequestError::DataSheet(told).into())
+    let doubts = Doubts(doubts);
+    let question = Question::DataSheet {
+        doubts: doubts.clone(),
+    };
+    match terminal.ask(&question)? {
+        true => Ok(()),
+        false => Err(RequestError::DataSheet(doubts).into()),
+    }
 }
 
 /// Vendor and product code of a device: object 1018h, or attributes of the identity object.

@@ -21,8 +21,6 @@ errors! {
             "{path} lässt sich nicht schreiben ({reason})";
         FolderUnwritten(path: String, reason: String): Bus "no-file" = "cannot write {path} ({reason}): choose another folder",
             "{path} lässt sich nicht schreiben ({reason}): Wählen Sie einen anderen Ordner";
-        Temporary(reason: String): Bus "no-file" = "cannot write a temporary file: {reason}",
-            "eine temporäre Datei lässt sich nicht schreiben: {reason}";
         Store(why: String): Bus "no-file" = "{why}", "die Speicherdatei: {why}";
         Closed(reason: String): Bus "output-closed" = "cannot write the output: {reason}", "die Ausgabe lässt sich nicht schreiben: {reason}";
         NoOutput(reason: String): Bus "no-output" = "cannot write the output: {reason}", "die Ausgabe lässt sich nicht schreiben: {reason}";

@@ -101,8 +101,6 @@ errors! {
             "{name} ist {text}, deshalb hat die Antwort auf einen Poll keinen Winkel: Setzen Sie {name}, oder lassen Sie --cyclic weg";
         IoSize(size: usize): Usage "wrong-product" = "the I/O messages of the sensor have {size} bytes, which are no angles of this product: is --product right?",
             "die I/O-Nachrichten des Sensors haben {size} Bytes, die keine Winkel dieses Produkts sind: Ist das richtige Produkt gewählt?";
-        WrongProtocol: Usage "wrong-product" = "the product does not fit the protocol of the sensor",
-            "das Produkt passt nicht zum Protokoll des Sensors";
         Restarted: Silent "restarted" = "the sensor was switched off and on, and sends with its stored period now: start the command again",
             "der Sensor war aus und sendet jetzt mit seiner gespeicherten Periode: Beginnen Sie noch einmal";
         NotFound: Silent "nothing-found" = "no sensor was found: check power, wiring and terminators, then switch the sensor off and on during `plumbline scan`, or try `plumbline scan --search`",

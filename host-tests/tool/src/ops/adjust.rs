@@ -84,10 +84,11 @@ pub(crate) fn confirm(
     }
     let sensor = found.about(session.link.rate());
     let angles = angles(session)?.0.into_iter();
+    let angles = angles.map(|angle| format!("{}  {}", angle.name, angle.text));
     let question = Question::Change {
         change,
-        sensor: sensor.clone(),
-        angles: angles.map(|angle| (angle.name, angle.text)).collect(),
+        sensor: sensor.to_string(),
+        angles: angles.collect::<Vec<_>>().join(", "),
     };
     match terminal.ask(&question)? {
         true => Ok(()),

@@ -24,8 +24,11 @@ pub(super) fn load(
         .loads_at_restart()
         .then(|| Some((factory_target(product)?, factory_rate(product)?)))
         .flatten();
-    let restart = after_restart.map(|(target, rate)| (target.named(), rate.name().to_owned()));
-    adjust::confirm(session, found, Change::LoadFactory { restart }, terminal)?;
+    let change = match after_restart {
+        Some((target, rate)) => Change::LoadFactoryAndRestart(target.named(), rate.name()),
+        None => Change::LoadFactory,
+    };
+    adjust::confirm(session, found, change, terminal)?;
     if let Some((target, rate)) = after_restart
         && target != session.target
         && session.link.rate() == Some(rate)

@@ -39,10 +39,7 @@ pub(super) fn rate(
         return Ok(Done::RateAlready(new).into());
     }
     reachable(session, new)?;
-    let change = Change::Rate {
-        new: new.to_string(),
-    };
-    adjust::confirm(session, found, change, terminal)?;
+    adjust::confirm(session, found, Change::Rate(new), terminal)?;
     let target = next_target(session)?;
     store(session, &entry, new, raw)?;
     session.restart()?;

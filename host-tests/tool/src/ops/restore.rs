@@ -177,10 +177,8 @@ pub(crate) fn restore(
     };
     let mut values = values_of(&found_differences);
     if found.serial != backup.serial && !values.is_empty() {
-        let change = Change::Restore {
-            file: backup.serial,
-            own: found.serial,
-        };
+        let shown = |serial: Option<u32>| serial.map_or("none".to_owned(), |own| own.to_string());
+        let change = Change::Restore(shown(backup.serial), shown(found.serial));
         adjust::confirm(session, found, change, terminal)?;
     }
     constrain(session, &values)?;

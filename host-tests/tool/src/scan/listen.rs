@@ -6,7 +6,7 @@ use crate::error::{AdapterError, Error};
 use crate::link::{Link, stopped};
 use crate::note::{Note, Step};
 use crate::output::{Progress, Terminal};
-use crate::question::Question;
+use crate::question::{Question, Rate};
 use plumbline::can::{BitRate, Frame};
 use plumbline::time::{Duration, Instant, after, millis};
 
@@ -176,7 +176,7 @@ pub fn open(link: &mut Link, rate: Option<BitRate>, terminal: &mut Terminal) -> 
 
 /// Asks whether an adapter without listen-only mode may take part in the bus.
 fn confirmed(rate: Option<BitRate>, terminal: &mut Terminal) -> Result<(), Error> {
-    let rate = rate.map(|rate| rate.name().to_owned());
+    let rate = rate.map_or(Rate::Interface, |rate| Rate::Named(rate.name().to_owned()));
     if terminal.ask(&Question::TakePart { rate })? {
         terminal.note(&Note::AdapterTakesPart);
         return Ok(());

@@ -325,7 +325,7 @@ impl Host for Page {
     }
 
     fn ask(&mut self, question: &Question) -> bool {
-        let Question::Take { average, .. } = question else {
+        let Question::Take(_, average) = question else {
             // The answer was "Measure again", so this is a yes. A stop ends the calibration.
             return !self.is_stopped();
         };

@@ -8,7 +8,7 @@
 //! A tab gets the newest event of each kind first, except samples, and the log. The stream of a tab that does not read ends: the tab
 //! opens another one and knows the present state again. The numbers of the samples show what is missing.
 
-use crate::error::{Error, PageError};
+use crate::error::{Asks, Error, PageError};
 use crate::texts::Text;
 use serde_json::{Value, json};
 use std::collections::{BTreeMap, VecDeque};
@@ -97,6 +97,11 @@ impl Kind {
 pub fn tell(to: &mut Value, failure: &Error) {
     to["error"] = failure.json()["error"].clone();
     to["texts"] = failure.texts();
+    if let Error::Asks(Asks(questions)) = failure {
+        let asks = questions.iter();
+        let asks = asks.map(|own| json!({"question": own, "texts": own.texts()}));
+        to["asks"] = asks.collect();
+    }
 }
 
 /// The tabs, and what a new tab must know.

@@ -235,7 +235,7 @@ test("log_has_the_newest_action_first_with_its_line_notes_and_end", async () => 
   await page.pass(0);
   assert.deepEqual([page.copied, row(1).querySelector("button").textContent], [["plumbline get"], "Copied"]);
   // A question is no failure.
-  await page.event("action", { n: 3, at: 0, line: "plumbline scan", state: "asks", error: { questions: [{ id: "silent" }] }, texts: texts("Ask it?") });
+  await page.event("action", { n: 3, at: 0, line: "plumbline scan", state: "asks", error: {}, asks: [{ question: { id: "silent" }, texts: texts("Ask it?") }] });
   assert.deepEqual(row(0).children.slice(1).map(({ className }) => className), ["note"]);
   await page.change("language", "de");
   assert.match(row(0).textContent, /eine Frage/);

@@ -71,10 +71,10 @@ test("question_of_the_program_goes_on_only_after_its_yes", async () => {
   await page.event("status", CLOSED);
   page.element("port").value = "can0";
   const question = { id: "more" };
-  page.reply("api/scan", ({ yes }) => (yes.some(({ id }) => id === "more") ? [] : Refusal.asks(question)));
+  page.reply("api/scan", ({ yes }) => (yes.some(({ id }) => id === "more") ? [] : Refusal.asks([question, "More?"])));
   await page.click("find");
   await page.yes({ checks: { 1: true } });
-  assert.match(page.asked().text, /^Search for more sensors\?/);
+  assert.equal(page.asked().text, "More?");
   assert.equal(page.asked().yes, "Yes");
   await page.no();
   assert.equal(page.requests.length, 1);
@@ -91,11 +91,11 @@ test("no_to_the_first_product_leads_to_the_question_about_the_second_one", async
   const page = await open();
   await page.event("status", CLOSED);
   const [one, other] = ["is2", "is2d"].map((product) => ({ id: "which-product", article: "PR-23020-00", products: "is2 or is2d", product }));
-  page.reply("api/connect", ({ yes }) => (yes.some(({ product }) => product === "is2d") ? {} : Refusal.asks(one, other)));
+  page.reply("api/connect", ({ yes }) => (yes.some(({ product }) => product === "is2d") ? {} : Refusal.asks([one, "Is it is2?"], [other, "Is it is2d?"])));
   await page.dispatch("connection", "submit");
-  assert.match(page.asked().text, /PR-23020-00.*\(is2 or is2d\).*Is it is2\?$/);
+  assert.equal(page.asked().text, "Is it is2?");
   await page.no();
-  assert.match(page.asked().text, /Is it is2d\?$/);
+  assert.equal(page.asked().text, "Is it is2d?");
   await page.yes();
   assert.deepEqual(page.requests.map(({ body }) => body.yes), [[], [other]]);
 });
@@ -103,20 +103,12 @@ test("no_to_the_first_product_leads_to_the_question_about_the_second_one", async
 test("question_of_the_program_is_in_the_language_of_the_page", async () => {
   const page = await open({ language: "de-DE" });
   await page.event("status", CLOSED);
-  const doubts = [{ what: "vendor", wanted: "12345h", own: null }, { what: "product code", wanted: "1267h", own: "1268h" }];
-  const questions = [
-    [{ id: "all-addresses" }, /^Es gibt Verkehr, aber kein Sensor wurde erkannt\./],
-    [{ id: "likely", protocol: "fsc", address: "300" }, /eines Sensors \(fsc, 300\)/],
-    [{ id: "take-part", rate: null }, /\(die Bitrate der Schnittstelle\)/],
-    [{ id: "data-sheet", doubts }, /vendor 12345h im Datenblatt, nicht lesbar im Gerät; product code 1267h im Datenblatt, 1268h im Gerät/],
-  ];
-  for (const [question, text] of questions) {
-    page.reply("api/connect", ({ yes }) => (yes.length > 0 ? {} : Refusal.asks(question)));
-    await page.dispatch("connection", "submit");
-    assert.match(page.asked().text, text);
-    await page.yes();
-    assert.deepEqual(page.requests.at(-1).body.yes, [question], "the yes is the question");
-  }
+  const question = { id: "likely", protocol: "fsc", address: "300" };
+  page.reply("api/connect", ({ yes }) => (yes.length > 0 ? {} : Refusal.asks([question, "Ask it?", "Ihn fragen?"])));
+  await page.dispatch("connection", "submit");
+  assert.equal(page.asked().text, "Ihn fragen?");
+  await page.yes();
+  assert.deepEqual(page.requests.at(-1).body.yes, [question], "the yes is the question");
 });
 
 test("page_says_that_it_connects_and_how_it_ended", async () => {

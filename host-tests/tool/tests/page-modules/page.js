@@ -219,18 +219,19 @@ export const texts = (en, de = en) => ({ en, de });
 
 /** A request that the server refuses. */
 export class Refusal {
-  constructor(code, message, status = 400, questions = undefined) {
-    Object.assign(this, { code, message, status, questions });
+  constructor(code, message, status = 400, asks = undefined) {
+    Object.assign(this, { code, message, status, asks });
   }
 
-  /** The server asks the user first. */
+  /** The server asks the user first: questions with their texts. */
   static asks(...questions) {
-    return new Refusal("asks", "a text of the terminal", 400, questions);
+    const asks = questions.map(([question, en, de]) => ({ question, texts: texts(en, de) }));
+    return new Refusal("asks", "a text of the terminal", 400, asks);
   }
 
   response() {
-    const error = { code: this.code, message: this.message, questions: this.questions };
-    return { ok: false, status: this.status, json: async () => ({ error, texts: texts(this.message) }) };
+    const error = { code: this.code, message: this.message };
+    return { ok: false, status: this.status, json: async () => ({ error, texts: texts(this.message), asks: this.asks }) };
   }
 }
 

@@ -1,6 +1,6 @@
-//! The requests of the page. All bodies and answers are JSON; an error has the document of `--json`, and `texts` for the page. `run`, `backup` and `restore` have
-//! the number of their sensor in a header, and are refused if it is not the one that is connected. A tab gives its name in a header, and is
-//! refused to act while another tab is in charge.
+//! The requests of the page. All bodies and answers are JSON; an error has the document of `--json`, and for the page `texts`, or `asks`.
+//! `run`, `backup` and `restore` have the number of their sensor in a header, and are refused if it is not the one that is connected. A tab
+//! gives its name in a header, and is refused to act while another tab is in charge.
 //!
 //! | request | body | does |
 //! |---|---|---|
