@@ -34,7 +34,7 @@ pub struct Sent<A: Application> {
     /// The priority, 0 (highest) to 7.
     pub priority: Setting,
     /// Returns the data of the message from the present values. Bits without a signal are 1. [`compose`](super::signal::compose) makes it
-    /// from the values of an inclination sensor, [`Group::data`] from other numbers.
+    /// from the values of an inclination sensor, [`data`](super::signal::data) from other numbers.
     pub data: fn(&Context<A>) -> [u8; 8],
 }
 

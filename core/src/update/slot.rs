@@ -23,7 +23,7 @@ pub trait Slot {
     /// programmed over any other.
     fn program(&mut self, place: usize, bytes: &[u8]) -> Result<(), SlotError>;
 
-    /// The [CRC](crc) of these parts. A board has a unit for it.
+    /// The [CRC](crc()) of these parts. A board has a unit for it.
     fn crc(&self, parts: &[&[u8]]) -> u32 {
         crc(parts)
     }
