@@ -6,14 +6,22 @@
 //!
 //! The state of the part and each value are transfers of their own, a value in two halves (`Element::step`). Between two halves the main
 //! loop handles frames. The part stores the axes of a value one after the other, so the driver reads only complete values
-//! (no-OS, issue 2431). A value that does not begin with the marker of X restarts the part.
+//! (no-OS, issue 2431).
 //!
 //! A stall of more than 32 ms loses values: an erase on the F103 takes up to 40 ms, on the F446 0.5 s. The part reports it, and the
 //! resampler begins again, because a reading must not have values from before and after the gap.
 //!
 //! After power-up, and whenever the part is found again, it is reset. Its shadow registers must be the same before and after the reset;
-//! otherwise it has not started correctly, and is reset again (the driver of the manufacturer does the same). Every second the identity and
-//! the configuration are read back. If one is wrong, the part is configured again.
+//! otherwise it has not started correctly, and is reset again (the driver of the manufacturer does the same).
+//!
+//! Checks, so that no angle is wrong in silence:
+//!
+//! - Identity and configuration are compared before each reading of the FIFO, so no value is used that was measured with another
+//!   configuration. If one is different, the part is started again, within 50 ms.
+//! - A value without the marker of X at its place, or of an empty FIFO, is not used. If errors repeat within a second, there are no readings
+//!   until the line was good for 0.5 s.
+//! - A wrong bit of a value is corrected ([`values`](super::values)).
+//! - An axis that does not change ends the readings as repeated errors do.
 //!
 //! The range is +-8 g in all states: a shock of 6 g does not clip, and the noise is wider than a digit of 15.6 ug in each range.
 //!

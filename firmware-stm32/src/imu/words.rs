@@ -50,9 +50,9 @@ impl<const LENGTH: usize> Words<LENGTH> {
         }
     }
 
-    /// Begins to read the FIFO, after a comparison of registers if `compare`.
-    pub fn begin(&mut self, compare: bool) {
-        self.step = if compare { Step::Compare } else { Step::Level };
+    /// Begins to read the FIFO.
+    pub fn begin(&mut self) {
+        self.step = Step::Compare;
     }
 
     /// Ends the reading. No transfer is running.

@@ -30,6 +30,7 @@ mod sampling;
 #[cfg(test)]
 mod tests;
 
+use super::ism330dhcx::fault::Line;
 use super::spi::SpiPart;
 use super::timebase::{MICROSECOND, Picoseconds};
 use bench::motion::Motion;
@@ -84,6 +85,8 @@ pub enum Fault {
     Zeros,
     /// The value of an axis does not change.
     StuckAxis(usize),
+    /// No value changes.
+    Frozen,
 }
 
 /// The state of a transfer.
@@ -123,6 +126,7 @@ pub struct Adxl355 {
     /// The number of resets after which it has not started.
     bad_starts: u8,
     shadows: [u8; 5],
+    line: Line,
     transfer: Transfer,
     registers: Registers,
     sampling: Sampling,
@@ -152,6 +156,7 @@ impl Adxl355 {
             part: IDENTITY[2],
             bad_starts: 0,
             shadows: STARTED,
+            line: Line::default(),
             transfer: Transfer::Idle,
             registers: Registers::RESET,
             sampling: Sampling::new(),
@@ -171,6 +176,11 @@ impl Adxl355 {
     pub fn set_fault(&mut self, now: Picoseconds, fault: Fault) {
         self.settle(now);
         self.fault = fault;
+    }
+
+    /// Inverts each bit that it sends with this probability, the same bits for the same seed.
+    pub fn set_bit_error_rate(&mut self, rate: f64, seed: u64) {
+        self.line.set_rate(rate, seed);
     }
 
     /// PARTID: EDh, or E9h of an ADXL359.
@@ -222,6 +232,11 @@ impl Adxl355 {
         self.settle(now);
         self.registers.0[usize::from(register - OFFSET_X_H)] ^= bits;
         self.apply(now);
+    }
+
+    /// The value of a register of the configuration.
+    pub fn register(&self, register: u8) -> u8 {
+        self.registers.get(register)
     }
 
     /// The number of values that its FIFO has lost since the last call.
@@ -356,7 +371,8 @@ impl SpiPart for Adxl355 {
                 if register != FIFO_DATA {
                     self.transfer = Transfer::Read(register + 1);
                 }
-                self.read(now, register)
+                let byte = self.read(now, register);
+                self.line.carry(register, byte)
             }
             Transfer::Write(register) => {
                 self.transfer = Transfer::Write(register + 1);

@@ -30,7 +30,7 @@
 //! It can be another part with the same identifier ([`Sibling`]), and it can have a [`Fault`].
 
 pub(crate) mod digits;
-mod fault;
+pub(crate) mod fault;
 mod fifo;
 mod filter;
 mod sampling;

@@ -1,10 +1,12 @@
 //! The images for an ADXL355: what this part changes, with a product of each range of self-tests. `accelerometer.rs`, `invalid.rs` and
 //! `jn2101.rs` have the rest.
 
+use crate::accelerometer_faults::polls_with_bit_errors;
 use crate::jn2101;
 use crate::rig::*;
 use bench::Flash;
 use bench::script::LEVEL;
+use host_tests::effort;
 use host_tests::vibration::{Shaker, check_cutoffs, check_residue};
 use plumbline::can::BitRate;
 use plumbline::measure::calibration::{Calibration, OFFSET_ONE_G, Part};
@@ -28,12 +30,10 @@ const ERRORS: u8 = status::SENSOR_ERROR_X | status::SENSOR_ERROR_Y;
 /// The time in ms after which the angles are right with the fastest filter.
 const SETTLING: u64 = 300;
 
-/// The driver looks for a missing part with this period in ms, and compares its configuration with this period.
-const SEARCH: u64 = 1000;
-
-/// RANGE and POWER_CTL of the part.
-const RANGE: u8 = 0x2C;
-const POWER_CTL: u8 = 0x2D;
+/// The first and the last register of the configuration, and the one of them without effect.
+const OFFSET_X_H: u8 = 0x1E;
+const SELF_TEST: u8 = 0x2E;
+const ACT_COUNT: u8 = 0x27;
 
 /// The image of a product for this part.
 fn image(name: &str) -> Rc<Image> {
@@ -143,8 +143,11 @@ pub fn failure_is_reported_and_cleared_after_recovery() {
         (Fault::Silent(0xFF), 200),
         (Fault::Silent(0), 200),
         (Fault::Stopped, 200),
-        // A wrong acceleration for 0.5 s, behind a low-pass of 2 Hz.
-        (Fault::Zeros, 800),
+        // 32 equal values, then none for 100 ms.
+        (Fault::Zeros, 200),
+        (Fault::Frozen, 200),
+        (Fault::StuckAxis(0), 200),
+        (Fault::StuckAxis(2), 200),
     ];
     let mut rig = is2(10.0, 5.0);
     rig.boot_up();
@@ -157,7 +160,8 @@ pub fn failure_is_reported_and_cleared_after_recovery() {
         assert_eq!(rig.poll()[1], ERRORS, "{fault:?}");
         let (part, now) = self::part(&mut rig);
         part.set_fault(now, Fault::None);
-        rig.run(SEARCH + 600);
+        // It must be without an error for 0.5 s.
+        rig.run(650);
     }
 }
 
@@ -208,21 +212,54 @@ fn part_that_starts_badly_is_reset_again() {
     assert_right(&mut rig);
 }
 
+/// Polls for this time in ms; each angle must be right.
+#[track_caller]
+fn stays_right(rig: &mut Rig, ms: u64, name: &str) {
+    for passed in (0..ms).step_by(5) {
+        let [x, y] = angles(rig);
+        let is_right = x.abs_diff(1000) <= 4 && y.abs_diff(500) <= 4;
+        assert!(is_right, "{name}: {x} {y} after {passed} ms");
+        rig.run(4);
+    }
+}
+
 #[test]
 #[ignore = "another measuring element: `.ci/run boards`"]
-fn disturbed_part_is_right_again_within_a_second() {
+fn disturbed_register_is_restored_without_a_wrong_angle() {
     let mut rig = is2(10.0, 5.0);
     rig.boot_up();
     rig.run(SETTLING);
-    // Another range, a sensor at rest, an offset of the part, and a reset of the part alone.
-    for (register, bits) in [(RANGE, 0b10), (POWER_CTL, 0b01), (0x1E, 0x40), (0, 0)] {
+    let registers = (OFFSET_X_H..=SELF_TEST).filter(|register| *register != ACT_COUNT);
+    for (register, bit) in registers.flat_map(|register| (0..8).map(move |bit| (register, bit))) {
+        let name = format!("register {register:02X}h, bit {bit}");
         let (part, now) = part(&mut rig);
-        match bits {
-            0 => part.power_on(now),
-            _ => part.disturb(now, register, bits),
+        let before = part.register(register);
+        part.disturb(now, register, 1 << bit);
+        stays_right(&mut rig, 120, &name);
+        assert_eq!(self::part(&mut rig).0.register(register), before, "{name}");
+    }
+    let (part, now) = part(&mut rig);
+    part.power_on(now);
+    stays_right(&mut rig, 500, "reset of the part");
+}
+
+#[test]
+#[ignore = "another measuring element: `.ci/run boards`"]
+fn random_bit_errors_are_reported_or_leave_the_angle_right() {
+    // The probability of a wrong bit, and the latest report in ms.
+    let rates = [(1e-2, 250), (1e-3, 400), (1e-4, 4_000), (1e-5, u64::MAX)];
+    for (rate, latest) in rates {
+        for seed in 0..effort::choose(2, 20) {
+            let mut rig = is2(10.0, 5.0);
+            rig.boot_up();
+            rig.run(SETTLING);
+            part(&mut rig).0.set_bit_error_rate(rate, seed);
+            let name = format!("{rate:e}, seed {seed}");
+            let reported = polls_with_bit_errors(&mut rig, 10_000, &name);
+            println!("{name}: reported after {reported:?} ms");
+            let in_time = reported.is_some_and(|time| time <= latest);
+            assert!(in_time || latest == u64::MAX, "{name}: {reported:?}");
         }
-        rig.run(SEARCH + 500);
-        assert_right(&mut rig);
     }
 }
 

@@ -26,6 +26,9 @@ pub const STATE: usize = 1 + 4;
 /// The number of entries that the FIFO holds.
 const FIFO_ENTRIES: u8 = 96;
 
+/// The largest step between two values at rest, for [`Values`](crate::imu::values::Values): 4 mg. The noise is 23 counts.
+pub const FLOOR: i32 = 256 << 8;
+
 /// Bits of STATUS.
 const FIFO_OVERRUN: u8 = 1 << 2;
 const NVM_BUSY: u8 = 1 << 4;
@@ -58,20 +61,20 @@ pub fn value(bytes: &[u8; VALUE]) -> Value {
     Value::Acceleration([count(x2, x1, x0), count(y2, y1, y0), count(z2, z1, z0)])
 }
 
-/// The number of complete values in the FIFO. 0 if STATUS and FIFO_ENTRIES are not those of a working part: a stuck bus reads as 00h or FFh.
-pub const fn level(state: &[u8; STATE]) -> u8 {
+/// The number of complete values in the FIFO. None if FIFO_ENTRIES is not that of a working part: a line that is stuck at 1 reads as FFh.
+pub const fn level(state: &[u8; STATE]) -> Option<u8> {
     let &[_, _, entries, _, _] = state;
     if entries <= FIFO_ENTRIES {
-        entries / 3
+        Some(entries / 3)
     } else {
-        0
+        None
     }
 }
 
 /// Whether the FIFO has lost values since STATUS was read.
 pub const fn has_lost(state: &[u8; STATE]) -> bool {
     let &[_, status, _, _, _] = state;
-    level(state) > 0 && status & FIFO_OVERRUN != 0
+    matches!(level(state), Some(1..)) && status & FIFO_OVERRUN != 0
 }
 
 /// Whether the part loads its trimming.
@@ -156,10 +159,14 @@ mod tests {
     }
 
     #[test]
-    fn level_counts_complete_values_and_is_0_on_a_stuck_bus() {
-        for (entries, expected) in [(0, 0), (2, 0), (3, 1), (5, 1), (96, 32), (97, 0), (255, 0)] {
-            assert_eq!(level(&[0, 0, entries, 0, 0]), expected, "{entries}");
+    fn level_counts_complete_values_and_is_none_on_a_line_stuck_at_1() {
+        for (entries, expected) in [(0, 0), (2, 0), (3, 1), (5, 1), (96, 32)] {
+            assert_eq!(level(&[0, 0, entries, 0, 0]), Some(expected), "{entries}");
         }
+        assert_eq!(
+            [97, 255].map(|entries| level(&[0, 0, entries, 0, 0])),
+            [None; 2]
+        );
     }
 
     #[test]

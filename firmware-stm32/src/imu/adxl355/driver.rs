@@ -1,10 +1,12 @@
 //! The state of the driver: finding the part, its reset, settling, and the self-test.
 
-use super::counts::VALUE;
+use super::counts::{FLOOR, VALUE};
 use super::registers::{Shadows, reading};
 use crate::board::ImuWires;
 use crate::imu::Element;
+use crate::imu::line::Line;
 use crate::imu::testing::Testing;
+use crate::imu::values::Values;
 use crate::imu::words::Words;
 use adi_adxl355::Register;
 use plumbline::measure::calibration::Part;
@@ -13,13 +15,7 @@ use plumbline::measure::self_test::{Limits, Working};
 use plumbline::measure::{ONE_G, Reading};
 use plumbline::time::{Instant, after, millis, reached};
 
-/// The time between attempts to find the part, in ms.
-const RETRY_MS: u32 = 1000;
-
-/// The time between attempts after power-up, in ms: the part does not answer for up to 10 ms.
-const BOOT_RETRY_MS: u32 = 2;
-
-/// The end of the shorter interval: 100 ms after power-up.
+/// A missing part is not logged before this time, 100 ms after power-up: it does not answer during its boot of 10 ms.
 const BOOT_END: Instant = Instant::from_ticks(100_000);
 
 /// The time from a reset until the part is looked at again, in ms.
@@ -29,13 +25,16 @@ const RESET_MS: u32 = 5;
 const RESETS: u8 = 5;
 
 /// The number of values to skip after configuration: 16 ms. The part turns on within 10 ms.
-const SETTLING_VALUES: u8 = 16;
+const SETTLING_VALUES: u16 = 16;
+
+/// The number of values to skip after errors on the line or a stuck axis, without another error in between: 0.5 s.
+const CLEAN_VALUES: u16 = 500;
+
+/// The number of values without an error after which an error on the line is a single one again: 1 s.
+const MEMORY: u16 = 1000;
 
 /// The number of consecutive readings of the FIFO without a value after which the part has failed: 50 ms.
 const MISSES: u8 = 10;
-
-/// The number of readings of the FIFO between two comparisons of the configuration: 1 s.
-pub(super) const COMPARE: u8 = 200;
 
 /// The time in which the values are counted for the data rate, in us. An error of one value is 0.08 %.
 pub(super) const MEASUREMENT_US: u32 = 1_280_000;
@@ -44,21 +43,16 @@ pub(super) const MEASUREMENT_US: u32 = 1_280_000;
 const DATA_RATE: u32 = 1_000_000;
 
 pub(super) enum State {
-    /// The part was not found, or does not answer any more. The next attempt is at `retry`.
-    Absent { retry: Instant },
+    /// The part was not found, or does not answer any more. The driver looks for it every 5 ms.
+    Absent,
     /// After `resets` resets. It is looked at again at `ready`, and must have these shadow registers.
     Resetting {
         ready: Instant,
         shadows: Shadows,
         resets: u8,
     },
-    /// Configured. `settling`: values still to skip; `misses`: consecutive readings of the FIFO without a value; `readings`: those since
-    /// the configuration was compared.
-    Running {
-        settling: u8,
-        misses: u8,
-        readings: u8,
-    },
+    /// Configured. `settling`: values still to skip; `misses`: consecutive readings of the FIFO without a value.
+    Running { settling: u16, misses: u8 },
 }
 
 /// The part. `TESTS` is 1 if the product has the self-test, otherwise 0.
@@ -66,6 +60,9 @@ pub struct Adxl355<const TESTS: usize> {
     pub(super) wires: ImuWires,
     pub(super) state: State,
     pub(super) words: Words<VALUE>,
+    /// The judgement of the line, and of the values.
+    pub(super) line: Line<MEMORY>,
+    pub(super) values: Values<FLOOR>,
     pub(super) resampler: Resampler<i32, 0, TAPS_1000>,
     /// The number of values since the start, modulo 2^32.
     pub(super) taken: u32,
@@ -81,7 +78,7 @@ pub struct Adxl355<const TESTS: usize> {
     pub(super) warmth: u16,
     /// The last temperature in 0.01 degC; None before the first one.
     pub(super) temperature: Option<i16>,
-    /// The last comparison has found another configuration.
+    /// There were repeated errors on the line, or a stuck axis, since the last reading.
     pub(super) doubted: bool,
     /// SELF_TEST.
     pub(super) force: u8,
@@ -101,10 +98,10 @@ impl<const TESTS: usize> Element for Adxl355<TESTS> {
     fn new(wires: ImuWires) -> Self {
         Self {
             wires,
-            state: State::Absent {
-                retry: Instant::from_ticks(0),
-            },
+            state: State::Absent,
             words: Words::new(reading(Register::FIFO_DATA)),
+            line: Line::INITIAL,
+            values: Values::INITIAL,
             resampler: const { Resampler::new() }, // as a constant, its values are cleared without a loop
             taken: 0,
             counted: None,
@@ -125,26 +122,17 @@ impl<const TESTS: usize> Element for Adxl355<TESTS> {
             self.testing.abort();
         }
         match self.state {
-            State::Absent { retry } if reached(now, retry) => self.find(now),
+            State::Absent => self.find(now),
             State::Resetting {
                 ready,
                 shadows,
                 resets,
             } if reached(now, ready) => self.set_up(now, shadows, resets),
-            State::Absent { .. } | State::Resetting { .. } => {}
-            State::Running { misses, .. } if misses >= MISSES => self.begin_again(now),
-            State::Running {
-                ref mut misses,
-                ref mut readings,
-                ..
-            } => {
+            State::Resetting { .. } => {}
+            State::Running { misses, .. } if misses >= MISSES => self.begin_again(),
+            State::Running { ref mut misses, .. } => {
                 *misses += 1;
-                let compare = *readings >= COMPARE;
-                if compare {
-                    *readings = 0;
-                }
-                self.words.begin(compare);
-                *readings += 1;
+                self.words.begin();
                 if self.is_timed {
                     self.resampler.follow();
                 }
@@ -191,21 +179,13 @@ impl<const TESTS: usize> Adxl355<TESTS> {
             warn!("no accelerometer");
             self.reported = true;
         }
-        let pause = if reached(now, BOOT_END) {
-            RETRY_MS
-        } else {
-            BOOT_RETRY_MS
-        };
-        self.words.stop();
-        self.state = State::Absent {
-            retry: after(now, millis(pause)),
-        };
+        self.begin_again();
     }
 
     /// The part is to be configured again, if it answers.
-    pub(super) fn begin_again(&mut self, now: Instant) {
+    pub(super) fn begin_again(&mut self) {
         self.words.stop();
-        self.state = State::Absent { retry: now };
+        self.state = State::Absent;
     }
 
     /// Tries to find the part, and resets it.
@@ -245,11 +225,19 @@ impl<const TESTS: usize> Adxl355<TESTS> {
         self.is_timed = false;
         self.clipped = false;
         self.temperature = None;
-        self.doubted = false;
+        self.values = Values::INITIAL;
         self.state = State::Running {
-            settling: SETTLING_VALUES,
+            settling: self.settling_values(),
             misses: 0,
-            readings: 0,
         };
+    }
+
+    /// The number of values to skip.
+    pub(super) fn settling_values(&self) -> u16 {
+        if self.doubted {
+            CLEAN_VALUES
+        } else {
+            SETTLING_VALUES
+        }
     }
 }

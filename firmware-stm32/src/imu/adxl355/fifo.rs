@@ -1,7 +1,7 @@
 //! The FIFO: its steps, the values in it and the readings of them.
 
 use super::counts::{self, STATE, Value};
-use super::driver::{Adxl355, COMPARE, MEASUREMENT_US, State};
+use super::driver::{Adxl355, MEASUREMENT_US, State};
 use crate::board::MOUNTING;
 use crate::imu::words::Task;
 use plumbline::measure::Reading;
@@ -16,7 +16,7 @@ impl<const TESTS: usize> Adxl355<TESTS> {
         match self.words.step(&mut self.wires) {
             Task::None => None,
             Task::Compare => {
-                self.compare(now);
+                self.compare();
                 None
             }
             Task::Level => {
@@ -28,18 +28,36 @@ impl<const TESTS: usize> Adxl355<TESTS> {
         }
     }
 
-    /// Compares identity and configuration with what they must be. A second difference, 5 ms after the first one, is none of the transfer.
-    fn compare(&mut self, now: Instant) {
-        let own = self.identifies();
-        let is_right = own.and_then(|own| Ok(own && self.is_configured()?)) == Ok(true);
-        if is_right {
-            self.doubted = false;
-        } else if self.doubted {
-            warn!("the accelerometer has another configuration");
-            self.begin_again(now);
-        } else if let State::Running { readings, .. } = &mut self.state {
+    /// Compares identity and configuration with what they must be, so the values in the FIFO were measured with them: 90 us. If only the
+    /// second comparison is good, there was an error on the line.
+    fn compare(&mut self) {
+        for attempt in 0..2 {
+            let own = self.identifies();
+            if own.and_then(|own| Ok(own && self.is_configured()?)) == Ok(true) {
+                if attempt > 0 {
+                    self.spoil();
+                }
+                return;
+            }
+        }
+        warn!("the accelerometer has another configuration");
+        self.begin_again();
+    }
+
+    /// There was an error on the line. A single one costs a value. If they repeat, the data are wrong too, which have no parity: the part is
+    /// started again, and must have values without an error for 0.5 s.
+    fn spoil(&mut self) {
+        if self.line.repeats() {
+            warn!("the accelerometer has bit errors on its line");
             self.doubted = true;
-            *readings = COMPARE;
+            self.begin_again();
+            return;
+        }
+        let all = self.settling_values();
+        if let State::Running { settling, .. } = &mut self.state
+            && *settling > 0
+        {
+            *settling = all;
         }
     }
 
@@ -48,7 +66,10 @@ impl<const TESTS: usize> Adxl355<TESTS> {
         let Ok(state) = self.state() else {
             return 0;
         };
-        let values = counts::level(&state);
+        let Some(values) = counts::level(&state) else {
+            self.spoil();
+            return 0;
+        };
         if counts::has_lost(&state) {
             self.lost = true;
             self.resampler.restart();
@@ -94,22 +115,45 @@ impl<const TESTS: usize> Adxl355<TESTS> {
     fn take(&mut self, now: Instant, value: Value) -> Option<Reading> {
         let counts = match value {
             Value::Acceleration(counts) => counts,
-            Value::Empty => return None,
+            Value::Empty => {
+                // The number of values was wrong.
+                self.words.stop();
+                self.spoil();
+                return None;
+            }
             Value::Misplaced => {
-                warn!("the values of the accelerometer are not in their order");
-                self.begin_again(now);
+                self.spoil();
                 return None;
             }
         };
-        let State::Running {
-            settling, misses, ..
-        } = &mut self.state
-        else {
+        self.line.good();
+        // An axis that clips is told as such.
+        if self.values.push(counts) && !counts::is_clipped(counts) {
+            warn!("the accelerometer has an axis that does not change");
+            self.doubted = true;
+            self.begin_again();
+            return None;
+        }
+        while let Some(counts) = self.values.release() {
+            let reading = self.evaluate(now, counts);
+            if reading.is_some() {
+                return reading;
+            }
+        }
+        None
+    }
+
+    /// Processes an acceleration. Returns a reading if one is complete.
+    fn evaluate(&mut self, now: Instant, counts: [i32; 3]) -> Option<Reading> {
+        let State::Running { settling, misses } = &mut self.state else {
             return None;
         };
         *misses = 0;
         if *settling > 0 {
             *settling -= 1;
+            if *settling == 0 {
+                self.doubted = false;
+            }
             return None;
         }
         self.taken = self.taken.wrapping_add(1);

@@ -94,10 +94,16 @@ pub fn rate_word(bytes: &[u8; WORD]) -> Option<[i32; 3]> {
 }
 
 /// Whether an axis is at the limit of its range.
-pub fn is_clipped([x, y, z]: [i16; 3]) -> bool {
-    let highest = x.unsigned_abs().max(y.unsigned_abs()).max(z.unsigned_abs());
-    highest >= 0x7FFF
+pub fn is_clipped(counts: [i32; 3]) -> bool {
+    counts.iter().any(|count| count.abs() >= 0x7FFF)
 }
+
+/// The largest step between two values at rest, for [`Values`](crate::imu::values::Values): 16 mg, or 2.2 deg/s. The noise is 5
+/// counts, in acceleration (60 ug/rtHz) and in rate (5 mdps/rtHz).
+pub const FLOOR: i32 = 64;
+
+/// The largest step between two temperatures: 1 degC in 19 ms. A larger one is an error of the line.
+pub const TEMPERATURE_STEP: u16 = 100;
 
 /// The number of fractional bits of the counts in [`acceleration`].
 pub const FRACTION: u32 = 14;

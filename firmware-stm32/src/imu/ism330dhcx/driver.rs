@@ -1,11 +1,13 @@
 //! The state of the driver: finding the part, settling, and the self-test.
 
-use super::counts::{FRACTION, WORD};
+use super::counts::{FLOOR, FRACTION, WORD};
 use super::registers::READ;
 use super::tags::Tags;
 use crate::board::ImuWires;
+use crate::imu::line::Line;
 use crate::imu::self_test::SetUp;
 use crate::imu::testing::Testing;
+use crate::imu::values::Values;
 use crate::imu::words::Words;
 use crate::imu::{Element, SpiError};
 use ism330dhcx_rs::blocking::prelude::Reg;
@@ -25,8 +27,11 @@ const BOOT_END: Instant = Instant::from_ticks(100_000);
 /// The number of values to skip after configuration: 19 ms, in which the accelerometer turns on.
 const SETTLING_VALUES: u16 = 16;
 
-/// The number of values to skip after errors on the line, without another error in between: 0.5 s.
+/// The number of values to skip after errors on the line or a stuck axis, without another error in between: 0.5 s.
 const CLEAN_VALUES: u16 = 416;
+
+/// The number of words without an error after which an error on the line is a single one again: 1 s without gyroscope, 0.5 s with it.
+const MEMORY: u16 = 833;
 
 /// The number of consecutive readings of the FIFO without a value after which the accelerometer has failed: 50 ms.
 const MISSES: u8 = 10;
@@ -56,6 +61,8 @@ pub(super) enum Trouble {
     NoRate,
     /// Repeated bit errors between accelerometer and microcontroller.
     Line,
+    /// An axis has always the same value.
+    Stuck,
 }
 
 impl Trouble {
@@ -68,6 +75,7 @@ impl Trouble {
             Self::NoValues => "has no values",
             Self::NoRate => "has no angular rate",
             Self::Line => "has bit errors on its line",
+            Self::Stuck => "has an axis that does not change",
         }
     }
 }
@@ -81,6 +89,7 @@ impl From<SpiError> for Trouble {
 /// The gyroscope.
 pub(super) struct Gyroscope {
     pub(super) rate: MeanRate<FRACTION>,
+    pub(super) values: Values<FLOOR>,
     /// The number of samples without an angular rate.
     pub(super) silent: u8,
     /// Values were lost before the next reading.
@@ -90,6 +99,7 @@ pub(super) struct Gyroscope {
 impl Gyroscope {
     pub(super) const INITIAL: Self = Self {
         rate: MeanRate::new(),
+        values: Values::INITIAL,
         silent: 0,
         lost: false,
     };
@@ -101,8 +111,10 @@ pub struct Ism330dhcx<const TESTS: usize, const GYROSCOPES: usize> {
     pub(super) wires: ImuWires,
     pub(super) state: State,
     pub(super) words: Words<WORD>,
-    /// The judgement of the tags.
+    /// The judgement of the tags, of the line, and of the values.
     pub(super) tags: Tags,
+    pub(super) line: Line<MEMORY>,
+    pub(super) values: Values<FLOOR>,
     /// The number of the register to compare next.
     pub(super) next: usize,
     /// The present range and self-test.
@@ -113,10 +125,12 @@ pub struct Ism330dhcx<const TESTS: usize, const GYROSCOPES: usize> {
     pub(super) clipped: bool,
     /// The last temperature in 0.01 degC; None before the first one.
     pub(super) temperature: Option<i16>,
+    /// The last temperature, also if it was not used.
+    pub(super) warmth: i16,
     pub(super) testing: Testing<TESTS>,
     /// The failure that is logged.
     reported: Option<Trouble>,
-    /// There were repeated errors on the line since the last reading.
+    /// There were repeated errors on the line, or a stuck axis, since the last reading.
     pub(super) doubted: bool,
 }
 
@@ -136,12 +150,15 @@ impl<const TESTS: usize, const GYROSCOPES: usize> Element for Ism330dhcx<TESTS, 
             },
             words: Words::new(Reg::FifoDataOutTag as u8 | READ),
             tags: Tags::INITIAL,
+            line: Line::INITIAL,
+            values: Values::INITIAL,
             next: 0,
             set_up: SetUp::Normal,
             resampler: const { Resampler::new() }, // as a constant, its values are cleared without a loop
             gyroscope: [Gyroscope::INITIAL; GYROSCOPES],
             clipped: false,
             temperature: None,
+            warmth: 0,
             testing: Testing::NONE,
             reported: None,
             doubted: false,
@@ -158,7 +175,7 @@ impl<const TESTS: usize, const GYROSCOPES: usize> Element for Ism330dhcx<TESTS, 
             State::Running { misses, .. } if misses >= MISSES => self.fail(now, Trouble::NoValues),
             State::Running { ref mut misses, .. } => {
                 *misses += 1;
-                self.words.begin(true);
+                self.words.begin();
                 self.resampler.follow();
             }
         }
@@ -204,7 +221,7 @@ impl<const TESTS: usize, const GYROSCOPES: usize> Ism330dhcx<TESTS, GYROSCOPES> 
             warn!("the accelerometer {=str}", trouble.text());
             self.reported = Some(trouble);
         }
-        self.doubted |= trouble == Trouble::Line;
+        self.doubted |= matches!(trouble, Trouble::Line | Trouble::Stuck);
         self.words.stop();
         self.state = State::Absent { retry: now };
     }

@@ -1,13 +1,14 @@
 //! The FIFO: its steps, the words in it and the readings of them.
 
 use super::counts::{self, WORD, Word};
-use super::driver::{Gyroscope, Ism330dhcx, State, Trouble};
+use super::driver::{Ism330dhcx, State, Trouble};
 use super::registers::READ;
 use super::tags;
 use crate::board::MOUNTING;
 use crate::imu::Wires;
 use crate::imu::words::Task;
 use ism330dhcx_rs::blocking::prelude::Reg;
+use plumbline::measure::mean_rate::MeanRate;
 use plumbline::measure::{I32x3, Reading};
 use plumbline::time::Instant;
 
@@ -54,10 +55,9 @@ impl<const TESTS: usize, const GYROSCOPES: usize> Ism330dhcx<TESTS, GYROSCOPES> 
     /// Values were lost. The rotation in them is not known, and a reading must not have values from before and after the gap.
     fn gap(&mut self) {
         if let Some(gyroscope) = self.gyroscope.first_mut() {
-            *gyroscope = Gyroscope {
-                lost: true,
-                ..Gyroscope::INITIAL
-            };
+            gyroscope.rate = MeanRate::new();
+            gyroscope.silent = 0;
+            gyroscope.lost = true;
             self.resampler.restart();
         }
     }
@@ -65,7 +65,7 @@ impl<const TESTS: usize, const GYROSCOPES: usize> Ism330dhcx<TESTS, GYROSCOPES> 
     /// There was an error on the line. A single one costs a value. If they repeat, the data are wrong too, which have no parity: the
     /// accelerometer has failed.
     pub(super) fn spoil(&mut self, now: Instant) {
-        if self.tags.repeats() {
+        if self.line.repeats() {
             self.fail(now, Trouble::Line);
             return;
         }
@@ -89,20 +89,41 @@ impl<const TESTS: usize, const GYROSCOPES: usize> Ism330dhcx<TESTS, GYROSCOPES> 
             self.spoil(now);
             return None;
         }
+        self.line.good();
         if let Some(gyroscope) = self.gyroscope.first_mut()
             && let Some(counts) = counts::rate_word(bytes)
         {
-            gyroscope.rate.push(counts);
+            gyroscope.values.push(counts);
+            while let Some(counts) = gyroscope.values.release() {
+                gyroscope.rate.push(counts);
+            }
             return None;
         }
         let counts = match counts::word(bytes) {
             Word::Acceleration(counts) => counts,
             Word::Temperature(temperature) => {
-                self.temperature = Some(temperature);
+                self.take_temperature(temperature);
                 return None;
             }
             Word::Other => return None,
         };
+        let counts = counts.map(i32::from);
+        // An axis that clips is told as such.
+        if self.values.push(counts) && !counts::is_clipped(counts) {
+            self.fail(now, Trouble::Stuck);
+            return None;
+        }
+        while let Some(counts) = self.values.release() {
+            let reading = self.evaluate(now, counts);
+            if reading.is_some() {
+                return reading;
+            }
+        }
+        None
+    }
+
+    /// Processes an acceleration. Returns a reading if one is complete.
+    fn evaluate(&mut self, now: Instant, counts: [i32; 3]) -> Option<Reading> {
         let State::Running { settling, misses } = &mut self.state else {
             return None;
         };
@@ -115,7 +136,8 @@ impl<const TESTS: usize, const GYROSCOPES: usize> Ism330dhcx<TESTS, GYROSCOPES> 
             return None;
         }
         self.clipped |= counts::is_clipped(counts);
-        let output = self.resampler.push(counts)?;
+        let within = |count: i32| count.clamp(i16::MIN.into(), i16::MAX.into()) as i16;
+        let output = self.resampler.push(counts.map(within))?;
         let rate = self.angular_rate(now);
         let mut reading = Reading {
             acceleration: counts::acceleration(output, MOUNTING),
@@ -127,6 +149,14 @@ impl<const TESTS: usize, const GYROSCOPES: usize> Ism330dhcx<TESTS, GYROSCOPES> 
             reading.angular_rate = rate?;
         }
         Some(self.carry_test_on(now, reading))
+    }
+
+    /// A temperature far from the last one has a wrong bit, unless the next one is near to it.
+    fn take_temperature(&mut self, temperature: i16) {
+        if temperature.abs_diff(self.warmth) <= counts::TEMPERATURE_STEP {
+            self.temperature = Some(temperature);
+        }
+        self.warmth = temperature;
     }
 
     /// The mean angular rate up to the last output of the resampler. None if there is none yet, or no gyroscope.

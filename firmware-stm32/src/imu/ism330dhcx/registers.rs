@@ -4,6 +4,7 @@ use super::counts;
 use super::driver::{Gyroscope, Ism330dhcx, Trouble};
 use crate::board::delay;
 use crate::imu::self_test::SetUp;
+use crate::imu::values::Values;
 use crate::imu::{SpiError, Wires};
 use ism330dhcx_rs::blocking::ISM330DHCX_ID;
 use ism330dhcx_rs::blocking::prelude::{
@@ -60,6 +61,7 @@ impl<const TESTS: usize, const GYROSCOPES: usize> Ism330dhcx<TESTS, GYROSCOPES> 
         self.clipped = false;
         self.temperature = None;
         self.tags.restart();
+        self.values = Values::INITIAL;
         self.set_up = SetUp::Normal;
         // The last one, CTRL1_XL, starts the accelerometer.
         let controls = Self::controls(SetUp::Normal);

@@ -7,41 +7,32 @@
 //!      +----------+---------+--------+
 //! ```
 //!
-//! The words of one time have the same counter, and the next ones the next counter, modulo 4. A single error costs a word. A second one
-//! within about 1 s is a sign of a bad line: a quarter of the bits of a second are known here, and most errors are in the data.
+//! The words of one time have the same counter, and the next ones the next counter, modulo 4.
 
 /// The tag of an empty FIFO.
 pub const EMPTY: u8 = 0;
 
-/// The number of words without an error after which an error is a single one again: 1 s without gyroscope, 0.5 s with it.
-const MEMORY: u16 = 833;
-
 /// The sensors: gyroscope, accelerometer, thermometer.
 const SENSORS: core::ops::RangeInclusive<u8> = 1..=3;
 
-/// What is known of the line.
+/// The tags so far.
 #[derive(Clone, Copy, Debug)]
 pub struct Tags {
     /// The counter of the last word, if it is known.
     counter: Option<u8>,
-    /// The number of words until the last error does not count any more.
-    suspicion: u16,
 }
 
 impl Tags {
     /// Before the first word.
-    pub const INITIAL: Self = Self {
-        counter: None,
-        suspicion: 0,
-    };
+    pub const INITIAL: Self = Self { counter: None };
 
     /// The next word can have any counter: words were lost.
     pub fn restart(&mut self) {
         self.counter = None;
     }
 
-    /// Whether the tag of the next word is right. A wrong one is an error of the line ([`repeats`](Self::repeats)), and the counter of
-    /// the word behind it is not checked.
+    /// Whether the tag of the next word is right. A wrong one is an error of the line, and the counter of the word behind it is not
+    /// checked.
     pub fn accept(&mut self, tag: u8) -> bool {
         let counter = tag >> 1 & 0b11;
         let follows = match self.counter {
@@ -51,15 +42,7 @@ impl Tags {
         let is_even = tag.count_ones().is_multiple_of(2);
         let accepted = is_even && follows && SENSORS.contains(&(tag >> 3));
         self.counter = accepted.then_some(counter);
-        if accepted {
-            self.suspicion = self.suspicion.saturating_sub(1);
-        }
         accepted
-    }
-
-    /// Counts an error of the line. Returns true if it is not the first one within the last second.
-    pub fn repeats(&mut self) -> bool {
-        core::mem::replace(&mut self.suspicion, MEMORY) > 0
     }
 }
 
@@ -117,17 +100,5 @@ mod tests {
         assert!(!tags.accept(EMPTY));
         let mut tags = Tags::INITIAL;
         assert!(!tags.accept(0xFF));
-    }
-
-    #[test]
-    fn second_error_within_833_words_repeats() {
-        for (words, repeats) in [(0, true), (832, true), (833, false)] {
-            let mut tags = Tags::INITIAL;
-            assert!(!tags.repeats());
-            for counter in 0..words {
-                assert!(tags.accept(tag(2, counter as u8)));
-            }
-            assert_eq!(tags.repeats(), repeats, "{words}");
-        }
     }
 }

@@ -171,6 +171,7 @@ impl Sampling {
         match fault {
             Fault::Zeros => self.counts = [0; 3],
             Fault::StuckAxis(axis) => self.counts[axis] = before[axis],
+            Fault::Frozen => self.counts = before,
             _ => {}
         }
         let axes = self.counts.map(|count| {

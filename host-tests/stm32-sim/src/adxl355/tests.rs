@@ -179,8 +179,14 @@ fn self_test_force_moves_the_axes_by_the_typical_amount() {
             bench.value()
         };
         let (rest, pushed) = (mean(1), mean(3));
-        let difference = [0, 1, 2].map(|axis| pushed[axis] - rest[axis]);
-        assert_eq!(difference, change);
+        for axis in [0, 1, 2] {
+            let difference: i32 = pushed[axis] - rest[axis];
+            // A digit that stays the same for long changes by one.
+            assert!(
+                difference.abs_diff(change[axis]) <= 1,
+                "{axis}: {difference}"
+            );
+        }
     }
 }
 

@@ -11,7 +11,13 @@ pub(crate) struct Digits {
     pub(crate) quiet: bool,
     /// Without noise: the part of each value that its digit does not show.
     rest: [f64; 3],
+    /// Without noise: the last digits, and the number of equal ones in a row.
+    last: [f64; 3],
+    equal: [u32; 3],
 }
+
+/// Without noise, a digit changes after this many equal ones: a real part does not have more.
+const EQUAL: u32 = 16;
 
 impl Digits {
     /// With noise, the same for the same seed.
@@ -21,13 +27,16 @@ impl Digits {
             random: seed.wrapping_add(1).wrapping_mul(0x9E37_79B9_7F4A_7C15) | 1,
             quiet: false,
             rest: [0.0; 3],
+            last: [0.0; 3],
+            equal: [0; 3],
         }
     }
 
     /// The digits of an acceleration in g at this data rate in Hz, `unit` g per digit.
     ///
     /// The noise is wider than a digit, so the mean of many digits is the acceleration. Without noise, the rest of each value is added to the
-    /// next value: the mean is the acceleration too, and nothing is random.
+    /// next value: the mean is the acceleration too, and nothing is random. A digit that was the same for long is one higher, and the next one
+    /// is one lower.
     pub(crate) fn of(&mut self, acceleration: [f64; 3], rate: f64, unit: f64) -> [i16; 3] {
         let deviation = DENSITY * (rate / 2.0).sqrt();
         let digits = self.rounded(acceleration, deviation, unit);
@@ -41,6 +50,8 @@ impl Digits {
         deviation: f64,
         unit: f64,
     ) -> [f64; 3] {
+        // A part that measures nothing at all is dead: its digits do not change.
+        let is_dead = acceleration == [0.0; 3];
         let mut digits = [0.0; 3];
         for (axis, digit) in digits.iter_mut().enumerate() {
             let added = if self.quiet {
@@ -50,7 +61,17 @@ impl Digits {
             };
             let exact = acceleration[axis] / unit + added;
             *digit = exact.round();
-            self.rest[axis] = (exact - *digit).clamp(-0.5, 0.5);
+            if self.quiet && !is_dead && *digit == self.last[axis] {
+                self.equal[axis] += 1;
+            } else {
+                self.equal[axis] = 1;
+            }
+            if self.equal[axis] > EQUAL {
+                *digit += 1.0;
+                self.equal[axis] = 1;
+            }
+            self.last[axis] = *digit;
+            self.rest[axis] = (exact - *digit).clamp(-1.0, 0.5);
         }
         digits
     }

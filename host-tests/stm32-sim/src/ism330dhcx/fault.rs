@@ -50,6 +50,11 @@ impl Ism330dhcx {
         self.line.set_errors(period);
     }
 
+    /// Inverts each bit that it sends with this probability, the same bits for the same seed.
+    pub fn set_bit_error_rate(&mut self, rate: f64, seed: u64) {
+        self.line.set_rate(rate, seed);
+    }
+
     /// Inverts the bits `mask` of this register the next `times` times that the register is read: a disturbance on the line.
     pub fn spoil(&mut self, register: u8, mask: u8, times: u32) {
         self.line.spoil(register, mask, times);
@@ -83,7 +88,10 @@ impl Ism330dhcx {
 
 /// Bits that change on the line from the part (MISO).
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Line {
+pub(crate) struct Line {
+    /// The probability of an inverted bit, and the state of its generator.
+    rate: f64,
+    random: u64,
     /// In each `period`-th byte a bit is inverted; 0: in none.
     period: u32,
     /// The number of bytes since the last error, and the number of errors.
@@ -96,7 +104,22 @@ pub(super) struct Line {
 }
 
 impl Line {
-    pub(super) fn set_errors(&mut self, period: u32) {
+    pub(crate) fn set_rate(&mut self, rate: f64, seed: u64) {
+        self.rate = rate;
+        // The state of the generator must not be 0.
+        self.random = seed.wrapping_add(1).wrapping_mul(0x9E37_79B9_7F4A_7C15) | 1;
+    }
+
+    /// True for an inverted bit.
+    fn inverts(&mut self) -> bool {
+        // xorshift64
+        self.random ^= self.random << 13;
+        self.random ^= self.random >> 7;
+        self.random ^= self.random << 17;
+        ((self.random >> 11) as f64) < self.rate * (1_u64 << 53) as f64
+    }
+
+    pub(crate) fn set_errors(&mut self, period: u32) {
         self.period = period;
         self.bytes = 0;
     }
@@ -108,8 +131,12 @@ impl Line {
     }
 
     /// What arrives of a byte from this register.
-    pub(super) fn carry(&mut self, register: u8, byte: u8) -> u8 {
+    pub(crate) fn carry(&mut self, register: u8, byte: u8) -> u8 {
         let mut arrived = byte;
+        if self.rate > 0.0 {
+            let bits = (0..8).filter(|_| self.inverts());
+            arrived ^= bits.map(|bit| 1 << bit).sum::<u8>();
+        }
         if self.period > 0 {
             self.bytes += 1;
             if self.bytes == self.period {

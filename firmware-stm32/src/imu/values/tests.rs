@@ -1,0 +1,229 @@
+//! At the figures of the ISM330DHCX: 4098 counts per g, 833 values per second, noise with a standard deviation of 5 counts.
+
+use super::Values;
+use crate::imu::ism330dhcx::counts::{self, FLOOR, FRACTION};
+use crate::imu::mounting::Mounting;
+use plumbline::angle::Angle;
+use plumbline::measure::definition::perpendicular;
+use plumbline::measure::low_pass::{Kind, LowPass};
+use plumbline::measure::resampler::Resampler;
+use std::f64::consts::TAU;
+
+/// Counts per g.
+const G: f64 = 4098.36;
+
+/// Values per second.
+const RATE: f64 = 833.375;
+
+/// Random numbers.
+struct Random(u64);
+
+impl Random {
+    /// Uniform, 0 to 1.
+    fn uniform(&mut self) -> f64 {
+        self.0 ^= self.0 << 13;
+        self.0 ^= self.0 >> 7;
+        self.0 ^= self.0 << 17;
+        (self.0 >> 11) as f64 / (1_u64 << 53) as f64
+    }
+
+    /// Noise of the part in counts.
+    fn noise(&mut self) -> f64 {
+        5.0 * ((0..12).map(|_| self.uniform()).sum::<f64>() - 6.0)
+    }
+
+    /// A value of this acceleration in g, with the noise.
+    fn value(&mut self, g: [f64; 3]) -> [i32; 3] {
+        g.map(|g| (g * G + self.noise()).round().clamp(-32768.0, 32767.0) as i32)
+    }
+}
+
+/// 10 and 5 degrees.
+const TILTED: [f64; 3] = [-0.1736, 0.0872, 0.9809];
+
+/// What is received of a value with a wrong bit in this axis.
+fn inverted(mut value: [i32; 3], axis: usize, bit: u32) -> [i32; 3] {
+    value[axis] = (value[axis] as i16 ^ 1 << bit).into();
+    value
+}
+
+/// The values without wrong bits. The last two can be missing.
+fn corrected(values: &[[i32; 3]]) -> Vec<[i32; 3]> {
+    let mut judged = Values::<FLOOR>::INITIAL;
+    let mut outputs = Vec::new();
+    for value in values {
+        assert!(!judged.push(*value), "no axis is stuck");
+        outputs.extend(std::iter::from_fn(|| judged.release()));
+    }
+    outputs
+}
+
+/// The difference of the sums of the values before and after, as an acceleration of the mean in g.
+fn bias(values: &[[i32; 3]]) -> [f64; 3] {
+    let mut sums = [0; 3];
+    for (output, value) in corrected(values).iter().zip(values) {
+        for (sum, (output, value)) in sums.iter_mut().zip(output.iter().zip(value)) {
+            *sum += i64::from(output - value);
+        }
+    }
+    sums.map(|sum| sum as f64 / G / values.len() as f64)
+}
+
+/// Values with this vibration in g at this frequency in Hz, and what is received of them: each hundredth has a wrong bit, 0 to 15 in turn.
+fn disturbed(g: f64, frequency: f64) -> [Vec<[i32; 3]>; 2] {
+    let mut random = Random(1);
+    let values: Vec<_> = (0..48_000)
+        .map(|number| {
+            let swing = g * (TAU * frequency * f64::from(number) / RATE).sin();
+            random.value([TILTED[0] + swing, TILTED[1], TILTED[2] - swing])
+        })
+        .collect();
+    let received = values.iter().enumerate().map(|(number, value)| {
+        let (axis, bit) = (number / 100 % 3, number as u32 / 300 % 16);
+        match number % 100 {
+            50 => inverted(*value, axis, bit),
+            _ => *value,
+        }
+    });
+    let received = received.collect();
+    [values, received]
+}
+
+#[test]
+fn wrong_bit_leaves_an_error_of_the_floor_at_rest_and_a_small_one_under_vibration() {
+    // In counts; 4098 are 1 g.
+    let cases = [(0.0, 1.0, FLOOR), (1.0, 10.0, 256), (0.1, 50.0, 256)];
+    for (g, frequency, limit) in cases.into_iter().chain([(0.5, 50.0, 512)]) {
+        let [values, received] = disturbed(g, frequency);
+        let mut largest = 0;
+        for (output, value) in corrected(&received).iter().zip(values) {
+            for (output, value) in output.iter().zip(value) {
+                largest = largest.max((output - value).abs());
+            }
+        }
+        println!("{g} g, {frequency} Hz: {largest} counts");
+        assert!(largest <= limit, "{g} g, {frequency} Hz: {largest}");
+    }
+}
+
+/// The angles in degrees behind a filter.
+fn angles(values: &[[i32; 3]], kind: Kind, cutoff: u16) -> Vec<[f64; 2]> {
+    let mut filter = LowPass::new();
+    filter.tune(kind, cutoff).expect("a permitted frequency");
+    let mut resampler = Resampler::<i16, FRACTION>::new();
+    resampler.start(counts::data_rate(0));
+    let outputs = values
+        .iter()
+        .filter_map(|value| resampler.push(value.map(|count| count as i16)));
+    let ups = outputs.map(|output| filter.step(counts::acceleration(output, Mounting::ALIGNED)));
+    ups.map(|up| {
+        let angles = perpendicular(up);
+        let degrees = |angle: Angle| f64::from(angle.0 as i32) * 360.0 / 2_f64.powi(32);
+        [degrees(angles.x), degrees(angles.y)]
+    })
+    .collect()
+}
+
+/// Each filter of the GEMAC sensors at its fastest; the others average over more.
+#[test]
+fn wrong_bit_at_rest_changes_the_angle_by_0_06_degrees_at_most() {
+    let filters = [
+        (Kind::Butterworth, 25_000),
+        (Kind::Butterworth, 2_000),
+        (Kind::CriticallyDamped, 8_000),
+        (Kind::Analog, 25_000),
+    ];
+    for (kind, cutoff) in filters {
+        let mut largest = [0.0_f64; 2];
+        for (corrects, largest) in [false, true].into_iter().zip(&mut largest) {
+            for (axis, bit) in (0..3).flat_map(|axis| (0..16).map(move |bit| (axis, bit))) {
+                let mut random = Random(7);
+                let values: Vec<_> = (0..600).map(|_| random.value(TILTED)).collect();
+                let mut received = values.clone();
+                received[150] = inverted(values[150], axis, bit);
+                if corrects {
+                    received = self::corrected(&received);
+                }
+                let angles = [values, received].map(|values| angles(&values, kind, cutoff));
+                for (right, wrong) in angles[0].iter().zip(&angles[1]) {
+                    for (right, wrong) in right.iter().zip(wrong) {
+                        *largest = largest.max((right - wrong).abs());
+                    }
+                }
+            }
+        }
+        let [before, after] = largest;
+        println!("{kind:?} {cutoff} mHz: {after:.3} deg, without correction {before:.1} deg");
+        assert!(after <= 0.06, "{kind:?} {cutoff}: {after}");
+    }
+}
+
+#[test]
+fn vibration_keeps_its_mean() {
+    let mut random = Random(3);
+    for g in [0.01, 0.1, 0.5, 2.0, 6.0] {
+        for frequency in [3.0, 20.0, 77.0, 138.9, 208.3, 277.8, 400.0, 416.0] {
+            for direction in [[0.0, 0.0, 1.0], [0.6, 0.0, 0.8], [0.5, 0.7, 0.5]] {
+                let values: Vec<_> = (0..8330)
+                    .map(|number| {
+                        let time = f64::from(number) / RATE;
+                        // It begins and ends ten times.
+                        let on = f64::from(u8::from(time % 1.0 < 0.5));
+                        let swing = g * on * (TAU * frequency * time).sin();
+                        let g = [0, 1, 2].map(|axis| TILTED[axis] + direction[axis] * swing);
+                        random.value(g)
+                    })
+                    .collect();
+                for bias in bias(&values) {
+                    assert!(
+                        bias.abs() < 1e-4 + g * 5e-4,
+                        "{g} g, {frequency} Hz: {bias}"
+                    );
+                }
+            }
+        }
+    }
+}
+
+/// Ten shocks a second in one axis, each a half sine of 1.5 to 20 ms: the shortest ones move one or two values.
+#[test]
+fn shocks_keep_their_mean() {
+    let mut random = Random(5);
+    for milliseconds in [1.5, 3.0, 5.0, 20.0] {
+        for g in [-6.0, -4.0, -1.0, 0.25, 0.5, 1.0, 2.0, 3.3, 4.0, 6.0] {
+            let values: Vec<_> = (0..83_300)
+                .map(|number| {
+                    let time = f64::from(number) / RATE * 1000.0 % 100.3;
+                    let shock = if time < milliseconds {
+                        g * (TAU / 2.0 * time / milliseconds).sin()
+                    } else {
+                        0.0
+                    };
+                    random.value([TILTED[0], TILTED[1], TILTED[2] + shock])
+                })
+                .collect();
+            for bias in bias(&values) {
+                assert!(
+                    bias.abs() < 5e-4 + g.abs() * 1e-3,
+                    "{g} g, {milliseconds} ms: {bias}"
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn axis_with_32_equal_values_does_not_change() {
+    // The number of the value at which an axis is stuck.
+    let stuck = |value: fn(i32) -> [i32; 3]| {
+        let mut judged = Values::<FLOOR>::INITIAL;
+        (1..100).find(|number| {
+            let stuck = judged.push(value(*number));
+            while judged.release().is_some() {}
+            stuck
+        })
+    };
+    assert_eq!(stuck(|n| [n, n, 5]), Some(32));
+    assert_eq!(stuck(|n| [5, n, n]), Some(32));
+    assert_eq!(stuck(|n| [n, n / 31, -n]), None);
+}
