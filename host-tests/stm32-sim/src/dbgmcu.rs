@@ -61,6 +61,11 @@ impl Dbgmcu {
         self.connected = true;
     }
 
+    /// Disconnects the debugger.
+    pub fn disconnect(&mut self) {
+        self.connected = false;
+    }
+
     /// True while a debugger is connected.
     pub fn is_connected(&self) -> bool {
         self.connected

@@ -45,6 +45,9 @@ pub enum ImageError {
     /// A segment is at this address, which is not in the flash of the program of this board.
     #[error("the segment at {0:#010x} is outside the flash of the program, {places}", places = places(*.1))]
     Place(u32, Board),
+    /// A part of the program has no marks that tell its instructions from its data: its symbols are removed.
+    #[error("the section {0} has no symbols that tell instructions from data")]
+    Marks(String),
     /// There is no vector table at the start of flash.
     #[error(
         "there is no valid vector table at 0x08000000: it needs a stack in RAM and a start in flash"

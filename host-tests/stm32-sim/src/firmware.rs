@@ -1,6 +1,7 @@
 //! Builds the firmware as it is flashed, to run its image on the PC.
 
 use super::board::Board;
+use super::elf::scan;
 use cargo_metadata::Message;
 use std::collections::BTreeMap;
 use std::ffi::OsString;
@@ -21,12 +22,12 @@ impl BuildError {
 }
 
 /// The ELF files of these programs, as they are flashed to a board, by name; builds those that are not up to
-/// date.
+/// date. Each is checked ([`check`]).
 ///
 /// Installs the target with rustup if it is missing.
 ///
 /// # Errors
-/// There is no program of a name, the build fails, or the target is missing and there is no rustup.
+/// There is no program of a name, the build fails, a program has an unsafe instruction, or the target is missing and there is no rustup.
 pub fn build(board: Board, names: &[&str]) -> Result<BTreeMap<String, PathBuf>, BuildError> {
     build_with(board, names, None)
 }
@@ -109,10 +110,27 @@ fn build_with(
     let status = build
         .wait()
         .map_err(|error| BuildError::new("cargo", error))?;
-    if status.success() {
-        Ok(images)
-    } else {
-        Err(BuildError::new("cargo build", status))
+    if !status.success() {
+        return Err(BuildError::new("cargo build", status));
+    }
+    images.values().try_for_each(|path| check(path))?;
+    Ok(images)
+}
+
+/// Checks that an image has no instruction that an erratum of its processor makes unsafe.
+///
+/// # Errors
+/// The file is not an image, or has such an instruction.
+pub fn check(path: &Path) -> Result<(), BuildError> {
+    let file = path.display().to_string();
+    let elf = std::fs::read(path).map_err(|error| BuildError::new(&file, error))?;
+    let found = scan::unsafe_instructions(&elf).map_err(|error| BuildError::new(&file, error))?;
+    match found.first() {
+        None => Ok(()),
+        Some(first) => Err(BuildError::new(
+            &file,
+            format!("unsafe instruction at {first}"),
+        )),
     }
 }
 

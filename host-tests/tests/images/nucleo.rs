@@ -49,7 +49,6 @@ also! {
         sensor_without_recovery_stays_bus_off_until_a_restart;
     faults:
         no_image_has_a_panic_path,
-        no_image_has_an_instruction_that_an_erratum_makes_unsafe,
         undefined_instruction_restarts_the_sensor,
         unexpected_interrupt_restarts_the_sensor,
         stack_overflow_restarts_the_sensor_without_overwriting_static_variables;
@@ -72,7 +71,9 @@ also! {
         broken_flash_sets_cmd_param_error_and_eeprom_error,
         erase_of_a_page_loses_only_frames_beyond_the_fifo;
     probe:
-        probe_reads_log_and_programs_sleeping_sensor_twice;
+        probe_reads_log_and_programs_sleeping_sensor_twice,
+        probe_reads_from_the_start_on,
+        probe_does_not_read_without_the_clocks_that_the_program_restores;
     sensing:
         supply_is_measured_within_13_mv;
     supply:

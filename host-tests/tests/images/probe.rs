@@ -3,6 +3,7 @@
 use crate::rig::*;
 use plumbline::can::BitRate;
 use std::rc::Rc;
+use stm32_sim::chip::Chip;
 use stm32_sim::elf::Image;
 use stm32_sim::rcc::ResetCause;
 use stm32_sim::rtt::{self, Message};
@@ -19,19 +20,39 @@ fn elf_with_log() -> Vec<u8> {
 /// The longest time in ms from the connection of a probe until it can read a sensor that sleeps.
 const CONNECTION: u64 = 200;
 
-/// Runs the program with the log for 200 ms, connects a probe, then runs until the processor sleeps, and reads the log.
-fn log(elf: &[u8], silicon: &Silicon) -> (Rig, Vec<Message>) {
+/// A sensor with the program with the log.
+fn sensor(elf: &[u8], silicon: &Silicon) -> Microcontroller {
     let image = Rc::new(Image::parse(elf).expect("an ELF file"));
     let memory = fixed("is2", BitRate::M1);
     let sensor = Microcontroller::new("is2", image, SERIAL, memory, tilt("is2", 10.0, 5.0));
-    let mut rig = Rig::of(sensor.with_silicon(silicon).quiet(), BitRate::M1);
-    rig.run(200);
+    sensor.with_silicon(silicon).quiet()
+}
+
+fn wait_until_asleep(rig: &mut Rig) {
+    rig.wait_until(1, 10, |rig| rig.microcontroller().core().is_asleep());
+}
+
+/// Connects a probe to a running sensor, waits until the processor sleeps, and reads the log.
+fn connect(rig: &mut Rig, elf: &[u8]) -> Vec<Message> {
     rig.microcontroller_mut().probe_connect();
     rig.run(CONNECTION);
-    rig.wait_until(1, 10, |rig| rig.microcontroller().core().is_asleep());
+    wait_until_asleep(rig);
     let log = rtt::read(rig.microcontroller(), elf).expect("the probe reads the RAM");
     rig.frames();
+    log
+}
+
+/// Runs the program with the log for 200 ms, then connects a probe.
+fn log(elf: &[u8], silicon: &Silicon) -> (Rig, Vec<Message>) {
+    let mut rig = Rig::of(sensor(elf, silicon), BitRate::M1);
+    rig.run(200);
+    let log = connect(&mut rig, elf);
     (rig, log)
+}
+
+/// True if the probe reads the RAM.
+fn reads(rig: &Rig) -> bool {
+    rig.microcontroller().probe_read(0x2000_3000, 4).is_some()
 }
 
 /// True if the log has a message with these words, and with this text in its values.
@@ -47,17 +68,73 @@ pub fn probe_reads_log_and_programs_sleeping_sensor_twice() {
     let (mut rig, messages) = log(&elf, &silicon());
     assert!(says(&messages, "accelerometer found", ""), "{messages:?}");
     for _ in 0..2 {
-        rig.wait_until(1, 10, |rig| rig.microcontroller().core().is_asleep());
+        wait_until_asleep(&mut rig);
         assert!(rig.microcontroller_mut().probe_halt());
         // Longer than the watchdog.
         rig.run(3_000);
         rig.frames();
         rig.expect_reset(ResetCause::Software);
         let (_, now) = rig.io();
-        let program = image("is2");
+        let program = Rc::new(Image::parse(&elf).expect("an ELF file"));
         assert!(rig.microcontroller_mut().probe_program(now, program));
         rig.boot_up();
         rig.poll();
+        rig.run(100);
+        wait_until_asleep(&mut rig);
+        let messages = rtt::read(rig.microcontroller(), &elf).expect("the probe reads the RAM");
+        assert!(says(&messages, "accelerometer found", ""), "{messages:?}");
+    }
+}
+
+#[test]
+fn probe_reads_log_after_each_connection() {
+    let elf = elf_with_log();
+    let (mut rig, first) = log(&elf, &silicon());
+    for _ in 0..3 {
+        rig.microcontroller_mut().probe_disconnect();
+        assert!(!reads(&rig), "without a connection");
+        rig.run(300);
+        assert_eq!(connect(&mut rig, &elf)[..first.len()], first);
+    }
+}
+
+/// With a probe that is connected before the supply is on, and over a reset by the supply.
+#[test]
+pub fn probe_reads_from_the_start_on() {
+    let mut microcontroller = sensor(&elf_with_log(), &silicon());
+    microcontroller.probe_connect();
+    let mut rig = Rig::of(microcontroller, BitRate::M1);
+    for _ in 0..2 {
+        let mut asleep = 0;
+        for microseconds in (0..150_000).step_by(100) {
+            rig.run_us(100);
+            asleep += u32::from(rig.microcontroller().core().is_asleep());
+            assert!(reads(&rig), "{microseconds} us after power-up");
+        }
+        assert!(asleep > 100, "{asleep}");
+        rig.frames();
+        rig.power_cycle();
+    }
+}
+
+/// What keeps the port on in sleep mode: DBG_SLEEP in DBGMCU_CR, and the clock of the DMA controller.
+#[test]
+pub fn probe_does_not_read_without_the_clocks_that_the_program_restores() {
+    let dma_clock = match chip() {
+        Chip::F103 => (0x4002_1014, 1 << 0),
+        Chip::F446 => (0x4002_3830, 1 << 21),
+    };
+    let (mut rig, _) = log(&elf_with_log(), &silicon());
+    // With the longest time until it is restored, in ms.
+    for ((address, bits), limit) in [((0xE004_2004, 1), 110), (dma_clock, 1_100)] {
+        wait_until_asleep(&mut rig);
+        assert!(reads(&rig), "{address:08X}h");
+        assert!(rig.microcontroller_mut().disturb(address, bits));
+        assert!(!reads(&rig), "{address:08X}h without its bit");
+        rig.run(limit);
+        wait_until_asleep(&mut rig);
+        assert!(reads(&rig), "{address:08X}h is restored");
+        rig.frames();
     }
 }
 

@@ -13,7 +13,6 @@ use std::error::Error;
 use std::path::PathBuf;
 use std::process::ExitCode;
 use stm32_sim::board::Board;
-use stm32_sim::elf::scan;
 use stm32_sim::firmware;
 use stm32_sim::image::Size;
 
@@ -27,6 +26,10 @@ struct Options {
     /// Record the sizes.
     #[arg(long)]
     record: bool,
+
+    /// Only check the instructions of these ELF files.
+    #[arg(long, num_args = 1.., value_name = "FILE")]
+    check: Vec<PathBuf>,
 }
 
 /// The recorded sizes of each image, by board and product.
@@ -95,6 +98,13 @@ fn main() -> ExitCode {
 
 /// Prints the sizes; records them, or returns the complaints.
 fn run(options: &Options) -> Result<Vec<String>, Box<dyn Error>> {
+    if !options.check.is_empty() {
+        let errors = options
+            .check
+            .iter()
+            .filter_map(|path| firmware::check(path).err());
+        return Ok(errors.map(|error| error.to_string()).collect());
+    }
     let recorded: Recorded = toml::from_str(FILE)?;
     let mut measured = Recorded::new();
     let mut complaints = Vec::new();
@@ -107,10 +117,7 @@ fn run(options: &Options) -> Result<Vec<String>, Box<dyn Error>> {
             let elf = std::fs::read(&path).map_err(|error| format!("{place}: {error}"))?;
             let size = Size::of(&elf).map_err(|error| format!("{place}: {error}"))?;
             println!("{size}  {place}");
-            let unsafe_instructions = scan::unsafe_instructions(&elf)?.into_iter();
-            complaints.extend(
-                unsafe_instructions.map(|at| format!("{place}: unsafe instruction at {at}")),
-            );
+            complaints.extend(firmware::check(&path).err().map(|error| error.to_string()));
             // The size of products that differ by constants only is recorded once.
             let name = base(product).unwrap_or(product).name;
             let Size { flash, ram } = size;

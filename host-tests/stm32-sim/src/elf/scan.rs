@@ -50,6 +50,9 @@ pub fn unsafe_instructions(elf: &[u8]) -> Result<Vec<String>, ImageError> {
         let end = start + bytes.len() as u32;
         let here = marks.iter().filter(|(at, _)| (start..end).contains(at));
         let here: Vec<_> = here.copied().collect();
+        if here.is_empty() && start < end {
+            return Err(ImageError::Marks(section.name()?.to_owned()));
+        }
         for (number, (at, is_code)) in here.iter().enumerate() {
             if !is_code {
                 continue;

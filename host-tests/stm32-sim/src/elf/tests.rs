@@ -441,3 +441,24 @@ fn shares_add_up_to_size_of_image() {
         (size.flash, size.ram)
     );
 }
+
+#[test]
+fn scan_names_an_unsafe_instruction_and_refuses_a_file_without_marks() {
+    let text = [(
+        ".text",
+        PROGBITS,
+        ALLOC | EXECUTE,
+        0x0800_0000,
+        0x0800_0000,
+        0x200,
+    )];
+    let mut elf = build(&text, &[("$t", 0x0800_0130, 0, 0, 1)]);
+    assert_eq!(scan::unsafe_instructions(&elf), Ok(Vec::new()));
+    // LDRD R0, R1, [R0], behind the header of the file and that of its segment.
+    let at = 52 + 32 + 0x140;
+    elf[at..at + 4].copy_from_slice(&[0xD0, 0xE9, 0x00, 0x01]);
+    let found = scan::unsafe_instructions(&elf);
+    assert_eq!(found, Ok(vec!["0x08000140 in ?".to_owned()]));
+    let found = scan::unsafe_instructions(&build(&text, &[]));
+    assert_eq!(found, Err(ImageError::Marks(".text".to_owned())));
+}

@@ -15,6 +15,11 @@ impl Microcontroller {
         self.io.dbgmcu.connect();
     }
 
+    /// Disconnects the probe. DBGMCU_CR keeps its value.
+    pub fn probe_disconnect(&mut self) {
+        self.io.dbgmcu.disconnect();
+    }
+
     /// True if the probe reaches the memories.
     fn answers_probe(&self) -> bool {
         let io = &self.io;
