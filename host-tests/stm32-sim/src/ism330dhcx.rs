@@ -375,7 +375,7 @@ impl SpiPart for Ism330dhcx {
                 self.complaint = Some("written during its boot");
             }
             return match self.fault(now) {
-                Fault::Silent(byte) if self.mounted => byte,
+                Fault::Silent(byte) => byte,
                 _ => NOTHING,
             };
         }

@@ -4,6 +4,7 @@ use crate::rig::*;
 use bench::{Bus, BusRate, Device, Flash};
 use plumbline::can::BitRate;
 use stm32_sim::chip::Chip;
+use stm32_sim::ism330dhcx::Fault;
 use stm32_sim::rcc::ResetCause;
 
 const RATE: BitRate = BitRate::K500;
@@ -56,20 +57,26 @@ fn zero_point_set_after_boot_up_is_measured_position() {
     assert!(x.abs() <= 5, "{x} in 0.01 deg");
 }
 
-/// The accelerometer has failed if there is no measurement 100 ms after power-up.
+/// The accelerometer has failed if there is no measurement 100 ms after power-up: it is missing, or its line is also stuck at 0.
 #[test]
-fn missing_accelerometer_is_a_sensor_error_from_the_boot_up_messages_on() {
+fn accelerometer_without_an_answer_is_a_sensor_error_from_the_boot_up_messages_on() {
     let errors = status::SENSOR_ERROR_X | status::SENSOR_ERROR_Y;
-    let mut rig = switched_on();
-    rig.io().0.imu.unmount();
-    rig.run(1000);
-    let sent = rig.sent();
-    let frames: Vec<_> = sent.iter().map(|logged| logged.frame).collect();
-    assert_eq!(frames, [boot_up(errors), boot_up(errors)]);
-    let start = sent[0].start / 1_000_000;
-    println!("the first frame starts {start} us after power-up");
-    assert!((90_000..=100_000).contains(&start), "{start} us");
-    assert_eq!(rig.poll()[1], errors);
+    for line in [0xFF, 0x00] {
+        let mut rig = switched_on();
+        rig.io().0.imu.unmount();
+        rig.io().0.imu.set_fault(0, Fault::Silent(line));
+        rig.run(1000);
+        let sent = rig.sent();
+        let frames: Vec<_> = sent.iter().map(|logged| logged.frame).collect();
+        assert_eq!(frames, [boot_up(errors), boot_up(errors)], "{line:02X}h");
+        let start = sent[0].start / 1_000_000;
+        println!("{line:02X}h: the first frame starts {start} us after power-up");
+        assert!(
+            (90_000..=100_000).contains(&start),
+            "{line:02X}h: {start} us"
+        );
+        assert_eq!(rig.poll()[1], errors, "{line:02X}h");
+    }
 }
 
 /// The larger images need longer until their node starts.

@@ -130,17 +130,25 @@ pub fn crystal_that_starts_after_a_second_is_used() {
 }
 
 /// Without supply, the ST-LINK of a Nucleo outputs no clock. The second attempt starts X3, if it is mounted.
+fn nucleo_without_usb_starts_with_its_crystal() {
+    let mut rig = Rig::with("is2", BusRate::Fixed(RATE), fixed("is2", RATE));
+    rig.io().0.rcc.mount_crystal();
+    rig.run(400);
+    assert!(rig.log.is_empty());
+    rig.boot_up();
+    rig.run(60);
+    assert_eq!(rig.poll()[1], 0);
+    assert!(!rig.device().leds().error);
+}
+
 #[test]
 #[ignore = "another board: `.ci/run boards`"]
-fn nucleo_without_usb_starts_with_its_crystal() {
-    on_the_nucleo(|| {
-        let mut rig = Rig::with("is2", BusRate::Fixed(RATE), fixed("is2", RATE));
-        rig.io().0.rcc.mount_crystal();
-        rig.run(400);
-        assert!(rig.log.is_empty());
-        rig.boot_up();
-        rig.run(60);
-        assert_eq!(rig.poll()[1], 0);
-        assert!(!rig.device().leds().error);
-    });
+fn nucleo_f446_without_usb_starts_with_its_crystal() {
+    on_the_nucleo(nucleo_without_usb_starts_with_its_crystal);
+}
+
+#[test]
+#[ignore = "another board: `.ci/run boards`"]
+fn nucleo_f103_without_usb_starts_with_its_crystal() {
+    on_the_nucleo_f103(nucleo_without_usb_starts_with_its_crystal);
 }

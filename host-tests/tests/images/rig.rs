@@ -8,7 +8,8 @@ pub mod ims360;
 mod parameters;
 
 pub use board::{
-    board, chip, elf, images, on_genuine_silicon, on_the_nucleo, on_the_nucleo_f103, silicon,
+    board, chip, elf, images, on_genuine_silicon, on_the_genuine_nucleo_f103, on_the_nucleo,
+    on_the_nucleo_f103, silicon,
 };
 pub use parameters::*;
 

@@ -10,7 +10,7 @@ use plumbline::time::Instant;
 pub enum Fault {
     /// Nothing.
     None,
-    /// It does not answer: every byte reads as this value, FFh or 00h.
+    /// It does not answer: every byte reads as this value, FFh or 00h. The line can be stuck without a part too.
     Silent(u8),
     /// Its data-ready flags are set, but its values do not change after the first one.
     Frozen,

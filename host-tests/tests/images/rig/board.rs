@@ -80,6 +80,14 @@ pub fn on_the_nucleo_f103(test: impl FnOnce()) {
     on(Board::NucleoF103, test);
 }
 
+/// Runs a test with the images for the Nucleo-F103RB, which has a microcontroller of ST.
+pub fn on_the_genuine_nucleo_f103(test: impl FnOnce()) {
+    on(Board::NucleoF103, || {
+        GENUINE.set(true);
+        test();
+    });
+}
+
 /// Runs a test on a microcontroller of ST.
 pub fn on_genuine_silicon(test: impl FnOnce()) {
     let _restore = Restore;
