@@ -247,6 +247,9 @@ impl Io for Peripherals {
         if self.connects_pins(module, offset & !3) {
             self.check_pins();
         }
+        if let Module::Gpio(_) = module {
+            self.check_heater();
+        }
         let Some(before) = before else {
             self.changed = true;
             return Ok(());

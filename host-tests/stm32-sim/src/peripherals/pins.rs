@@ -62,6 +62,13 @@ impl Peripherals {
                 self.violations.add(at, "two outputs drive one pin");
             }
         }
+    }
+
+    /// Checks that TIM3 runs when the pin of the heater becomes its output. A driver that stops may switch TIM3 off first.
+    pub(super) fn check_heater(&mut self) {
+        if self.chip != Chip::F103 {
+            return;
+        }
         let heater = self.gpio.mode(self.board.facts().pins.heater);
         self.violations.check(
             heater == PinMode::AlternatePushPull && self.tim3.duty(HEATER_CHANNEL).is_none(),
