@@ -9,7 +9,8 @@
 //! tolerance of the power of two is at most `FLOOR`, so shocks and vibration are seldom taken for a wrong bit, and keep their mean.
 //!
 //! The noise of each element is wider than a digit, so equal values in a row are a sign of a defect: with a noise of one digit, a quarter of
-//! the typical one of the ISM330DHCX, 32 of them have a probability of 10^-17.
+//! the typical one of the ISM330DHCX, 32 of them have a probability of 10^-17. Zeros do not count: the length of the acceleration shows them,
+//! and an ideal part that is level has them.
 //!
 //! The loops call functions that are not inlined, because the image of the IMS360 is nearly as large as the flash.
 
@@ -45,7 +46,11 @@ impl Axis {
         if let Some(place) = self.window.get_mut(place) {
             *place = value;
         }
-        self.equal = if value == self.newest { self.equal } else { 0 } + 1;
+        self.equal = if value == self.newest && value != 0 {
+            self.equal
+        } else {
+            0
+        } + 1;
         self.newest = value;
         self.equal >= EQUAL
     }

@@ -143,8 +143,9 @@ pub fn failure_is_reported_and_cleared_after_recovery() {
         (Fault::Silent(0xFF), 200),
         (Fault::Silent(0), 200),
         (Fault::Stopped, 200),
+        // A wrong acceleration for 0.5 s, behind a low-pass of 2 Hz.
+        (Fault::Zeros, 800),
         // 32 equal values, then none for 100 ms.
-        (Fault::Zeros, 200),
         (Fault::Frozen, 200),
         (Fault::StuckAxis(0), 200),
         (Fault::StuckAxis(2), 200),

@@ -98,8 +98,8 @@ pub fn is_clipped(counts: [i32; 3]) -> bool {
     counts.iter().any(|count| count.abs() >= 0x7FFF)
 }
 
-/// The largest step between two values at rest, for [`Values`](crate::imu::values::Values): 16 mg, or 2.2 deg/s. The noise is 5
-/// counts, in acceleration (60 ug/rtHz) and in rate (5 mdps/rtHz).
+/// The largest step between two values at rest, for [`Values`](crate::imu::values::Values): 16 mg. The noise is 5
+/// counts (60 ug/rtHz).
 pub const FLOOR: i32 = 64;
 
 /// The largest step between two temperatures: 1 degC in 19 ms. A larger one is an error of the line.

@@ -89,7 +89,6 @@ impl From<SpiError> for Trouble {
 /// The gyroscope.
 pub(super) struct Gyroscope {
     pub(super) rate: MeanRate<FRACTION>,
-    pub(super) values: Values<FLOOR>,
     /// The number of samples without an angular rate.
     pub(super) silent: u8,
     /// Values were lost before the next reading.
@@ -99,7 +98,6 @@ pub(super) struct Gyroscope {
 impl Gyroscope {
     pub(super) const INITIAL: Self = Self {
         rate: MeanRate::new(),
-        values: Values::INITIAL,
         silent: 0,
         lost: false,
     };

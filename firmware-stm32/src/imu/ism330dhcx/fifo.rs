@@ -93,10 +93,7 @@ impl<const TESTS: usize, const GYROSCOPES: usize> Ism330dhcx<TESTS, GYROSCOPES> 
         if let Some(gyroscope) = self.gyroscope.first_mut()
             && let Some(counts) = counts::rate_word(bytes)
         {
-            gyroscope.values.push(counts);
-            while let Some(counts) = gyroscope.values.release() {
-                gyroscope.rate.push(counts);
-            }
+            gyroscope.rate.push(counts);
             return None;
         }
         let counts = match counts::word(bytes) {

@@ -16,7 +16,7 @@ pub(crate) struct Digits {
     equal: [u32; 3],
 }
 
-/// Without noise, a digit changes after this many equal ones: a real part does not have more.
+/// Without noise, a digit changes after this many equal ones, unless they are 0: a real part does not have more.
 const EQUAL: u32 = 16;
 
 impl Digits {
@@ -50,8 +50,6 @@ impl Digits {
         deviation: f64,
         unit: f64,
     ) -> [f64; 3] {
-        // A part that measures nothing at all is dead: its digits do not change.
-        let is_dead = acceleration == [0.0; 3];
         let mut digits = [0.0; 3];
         for (axis, digit) in digits.iter_mut().enumerate() {
             let added = if self.quiet {
@@ -61,7 +59,7 @@ impl Digits {
             };
             let exact = acceleration[axis] / unit + added;
             *digit = exact.round();
-            if self.quiet && !is_dead && *digit == self.last[axis] {
+            if self.quiet && *digit != 0.0 && *digit == self.last[axis] {
                 self.equal[axis] += 1;
             } else {
                 self.equal[axis] = 1;
