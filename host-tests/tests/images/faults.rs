@@ -117,3 +117,37 @@ pub fn stack_overflow_restarts_the_sensor_without_overwriting_static_variables()
         rig.ignore_stack();
     }
 }
+
+/// Arm erratum 602117 in an image. The loop masks the interrupts except before its load. The first word of the data is an address in RAM, at
+/// which the load starts again.
+#[test]
+fn load_over_its_base_goes_wrong_under_an_interrupt() {
+    // LDRD R0, R1, [R0] and CMP R0, R5; LDRD R2, R3, [R0] and CMP R2, R5.
+    for ([registers, compare], goes_wrong) in [([0x0100, 0x42A8], true), ([0x2300, 0x42AA], false)]
+    {
+        #[rustfmt::skip]
+        let code = [
+            0xA404,            // ADR R4, data
+            0x6825,            // LDR R5, [R4]
+            0x4620,            // again: MOV R0, R4
+            0xB662,            // CPSIE i
+            0xE9D0, registers, // LDRD
+            0xB672,            // CPSID i
+            compare,           // CMP
+            0xD0F8,            // BEQ again
+            0xE7FE,            // wrong: B wrong
+            0x0000, 0x2000,    // data
+            0x0000, 0x0000,
+        ];
+        let mut rig = Rig::booted("is2tk", RATE);
+        rig.wait_until(1, 100, Rig::runs_main_loop);
+        rig.execute(&code, [0; 2]);
+        let start = rig.microcontroller().core().pc();
+        // SysTick interrupts it each millisecond.
+        rig.run(50);
+        rig.wait_until(1, 100, Rig::runs_main_loop);
+        let place = rig.microcontroller().core().pc() - start;
+        assert_eq!(place == 18, goes_wrong, "at {place}");
+        assert_eq!(rig.device().boots(), 1);
+    }
+}
