@@ -14,6 +14,9 @@ const DATA_RATE: u32 = 6_667_000 / 8;
 /// The range of the gyroscope in 2^-16 deg/s: 32767 counts of 35 mdps.
 const FASTEST: i32 = (32_767.0 * 0.035 * 65_536.0) as i32;
 
+/// The number of equal values in a row after which the firmware uses no more of them.
+const EQUAL: u32 = 32;
+
 /// The number of values that are there before a reading needs them.
 const AHEAD: u32 = 2;
 
@@ -32,6 +35,8 @@ pub struct Accelerometer {
     clipped: bool,
     /// The last reading. A frozen or silent sensor repeats it.
     last: Option<Reading>,
+    /// The number of values that a frozen sensor has repeated.
+    repeated: u32,
     /// There was a reading since power-up.
     started: bool,
 }
@@ -47,6 +52,7 @@ impl Accelerometer {
             deviation,
             clipped: false,
             last: None,
+            repeated: 0,
             started: false,
         }
     }
@@ -83,9 +89,17 @@ impl Accelerometer {
     /// The value of the part at a time; None if it has none.
     fn value(&mut self, now: Instant, motion: &mut dyn Motion) -> Option<Reading> {
         let reading = motion.reading(now);
-        match motion.fault(now) {
+        let fault = motion.fault(now);
+        if fault != Some(Fault::Frozen) {
+            self.repeated = 0;
+        }
+        match fault {
             Some(fault) if fault.is_mute() => None,
-            Some(Fault::Frozen) => Some(*self.last.get_or_insert(reading)),
+            Some(Fault::Frozen) => {
+                self.repeated += 1;
+                let last = *self.last.get_or_insert(reading);
+                (self.repeated < EQUAL).then_some(last)
+            }
             _ => Some(*self.last.insert(reading)),
         }
     }

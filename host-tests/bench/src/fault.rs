@@ -10,7 +10,7 @@ use std::str::FromStr;
 pub enum Fault {
     /// It does not answer on the SPI.
     Silent,
-    /// Its values do not change. They look like new ones.
+    /// Its values do not change. They look like new ones. The firmware uses 31 of them.
     Frozen,
     /// It answers, but has no more values.
     Stopped,
