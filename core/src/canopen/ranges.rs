@@ -15,44 +15,13 @@ use super::product::{ContextOf, ParametersOf, Product};
 use super::protocol::Services;
 use super::row::Kind;
 use super::sdo::Written;
-use crate::mistake::Origin;
 use crate::param::{ParameterSet, Parameters};
-use crate::walk::{each, put};
+use crate::walk::each;
 
 /// The sub-index with all parameters.
 const ALL: u8 = 1;
 /// The sub-index of the first manufacturer-specific group.
 pub(super) const MAKER: u8 = 4;
-
-/// A manufacturer-specific group of parameters: those of the objects with these indices.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub struct Group {
-    /// The first index.
-    pub first: u16,
-    /// The last index.
-    pub last: u16,
-    /// The line of the row, for the message of a mistake.
-    pub origin: Origin,
-}
-
-impl Group {
-    /// The group with the indices from `first` to `last`, 2000h to 5FFFh.
-    #[track_caller]
-    pub const fn new(first: u16, last: u16) -> Self {
-        Self {
-            first,
-            last,
-            origin: Origin::here(),
-        }
-    }
-
-    /// The indices of these groups, in the form that the device uses.
-    pub const fn indices<const N: usize>(groups: &[Self]) -> [(u16, u16); N] {
-        let mut indices = [(0, 0); N];
-        each!(place, group in groups => { put(&mut indices, place, (group.first, group.last)) });
-        indices
-    }
-}
 
 /// The indices of a group; None: there is no such group, or it has all parameters.
 fn indices(groups: &[(u16, u16)], sub: u8) -> Option<(u16, u16)> {

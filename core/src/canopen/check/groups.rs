@@ -1,7 +1,8 @@
 //! Checks of the groups of stored parameters (1010h, 1011h).
 
 use super::{Mistake, Object, Parameter, ParameterId, Service, Target, mistake_at, object_at};
-use crate::canopen::ranges::{Group, MAKER};
+use crate::canopen::group::Group;
+use crate::canopen::ranges::MAKER;
 use crate::param::Persistence;
 use crate::walk::{at, each};
 
