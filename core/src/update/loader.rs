@@ -126,6 +126,11 @@ impl Loader {
         self.stage != Stage::Closed
     }
 
+    /// Whether a file can begin: a clear command came, and no byte since.
+    pub fn is_cleared(&self) -> bool {
+        self.stage == Stage::Heading && self.received == 0
+    }
+
     /// Forgets a download that is not complete, and begins a new one. The flash is not changed.
     pub fn clear(&mut self) {
         self.stage = Stage::Heading;

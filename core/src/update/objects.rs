@@ -129,6 +129,8 @@ impl<S: Slot> Update<S> {
             (0x1F50, 1) if size.is_some_and(|size| size as usize > header::SIZE + S::SIZE) => {
                 Err(Abort::TooLong)
             }
+            // Otherwise the rest of an interrupted download would be completed by the start of this one.
+            (0x1F50, 1) if !self.loader.is_cleared() => Err(Abort::DeviceState),
             (0x1F50, 1) => Ok(()),
             // The other objects have at most four bytes.
             (0x1F51, 1) => Err(Abort::TooLong),

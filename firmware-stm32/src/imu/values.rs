@@ -6,7 +6,7 @@
 //! which meets vibration up to some 100 Hz. It is corrected if exactly one axis is beside the curve and a power of two takes it back there.
 //!
 //! What is beside the curve depends on the last 20 ms: at rest more than `FLOOR`, under vibration more than twice the largest distance. The
-//! tolerance of the power of two is at most `FLOOR`, so shocks and vibration are seldom taken for a wrong bit, and keep their mean.
+//! tolerance of the power of two is at most `FLOOR`. So a shock or a vibration is seldom corrected, and its mean stays right.
 //!
 //! The noise of each element is wider than a digit, so equal values in a row are a sign of a defect: with a noise of one digit, a quarter of
 //! the typical one of the ISM330DHCX, 32 of them have a probability of 10^-17. Zeros do not count: the length of the acceleration shows them,

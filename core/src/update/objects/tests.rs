@@ -249,7 +249,10 @@ fn client_that_leaves_in_the_middle_leaves_no_program_and_another_one_completes_
     assert_eq!(aborted, Some(abort(0x1F50, 1, 0x0504_0000)));
     assert!(!bus.state().1);
     assert_eq!(bus.control(1), abort(0x1F51, 1, 0x0800_0022));
-    // Without a clear command, the rest of the file is not taken for the start of another one.
+    let refused = abort(0x1F50, 1, 0x0800_0022);
+    for download in KINDS {
+        assert_eq!(download(&mut bus, &file), refused);
+    }
     bus.control(3);
     bus.block(&file);
     assert_eq!(bus.state(), (0, true));

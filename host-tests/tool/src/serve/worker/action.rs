@@ -31,7 +31,7 @@ impl<'a> Answers<'a> {
         }
     }
 
-    /// The questions without a yes: the page asks the user until one is answered with yes, and tries again.
+    /// The questions that have no yes. The page asks the user, and repeats the request with each yes.
     pub(super) fn asked(&self) -> Vec<Question> {
         self.asked.borrow().clone()
     }
