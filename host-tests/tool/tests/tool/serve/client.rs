@@ -6,7 +6,7 @@ use plumbline_tool::serve::calibration::Unit;
 use plumbline_tool::serve::job::Opener;
 use plumbline_tool::serve::{Server, Settings};
 use serde_json::Value;
-use std::io::{BufRead, BufReader, Read, Write};
+use std::io::{BufRead, BufReader, ErrorKind, Read, Write};
 use std::net::{SocketAddr, TcpStream};
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -169,6 +169,8 @@ impl Running {
         while !is_whole(&text) {
             match stream.read(&mut part) {
                 Ok(count @ 1..) => bytes.extend_from_slice(&part[..count]),
+                // The computer has stopped this program for some time.
+                Err(error) if error.kind() == ErrorKind::Interrupted => {}
                 _ => break,
             }
             text = String::from_utf8_lossy(&bytes).into_owned();

@@ -98,7 +98,9 @@ impl<S: Read + Write> Client<S> {
                 Err(error) if error.kind() == ErrorKind::WouldBlock => {
                     std::thread::sleep(Duration::from_micros(200));
                 }
-                Err(error) if error.kind() == ErrorKind::TimedOut => {}
+                // Interrupted: the computer has stopped this program for some time.
+                Err(error)
+                    if matches!(error.kind(), ErrorKind::TimedOut | ErrorKind::Interrupted) => {}
                 Err(_) => return None,
             }
         }
