@@ -22,6 +22,9 @@ const SMOOTHING: u8 = 16;
 /// The number of fractional bits of the mean.
 const FRACTION: u32 = 16;
 
+/// The number of fractional bits of the gain of the low-pass. A product with a difference of two inputs has at most 61 bits.
+const GAIN_BITS: u32 = 12;
+
 /// Detects a dead or wrong accelerometer.
 ///
 /// The first sample sets the fault without delay, so a sensor with a dead accelerometer is never reported as level. Until the low-pass has
@@ -54,9 +57,10 @@ impl Plausibility {
             .to_array()
             .map(|component| i64::from(component) << FRACTION);
         let settled = self.samples >= SMOOTHING;
-        let weight = i64::from(self.samples.min(SMOOTHING - 1)) + 1;
+        // Multiplied by the reciprocal: a division of 64 bits is slow.
+        let gain = (1 << GAIN_BITS) / (u32::from(self.samples.min(SMOOTHING - 1)) + 1);
         for (mean, input) in self.mean.iter_mut().zip(input) {
-            *mean += (input - *mean) / weight;
+            *mean += ((input - *mean) * i64::from(gain)) >> GAIN_BITS;
         }
         if !settled {
             self.samples += 1;

@@ -212,9 +212,10 @@ fn angles(fine: [Angle; 2], parameters: &Parameters<Ims360Product>) -> [i32; 2] 
     let [offset_x, offset_y] = [id::ZERO_X, id::ZERO_Y].map(|id| parameters.get(id) as i32);
     if has_two_axes(parameters) {
         return [(x, offset_x), (y, offset_y)].map(|(angle, offset)| {
-            // Rounded to nearest: the offset is in 0.01 deg.
-            let offset = (i64::from(offset) * (2 * DEGREE) + 100).div_euclid(200);
-            let sum = scaled(angle) + offset;
+            // The offset is in 0.01 deg. Its part of a degree is rounded to nearest.
+            let degrees = i64::from(offset.div_euclid(100));
+            let part = (i64::from(offset.rem_euclid(100)) * (2 * DEGREE) + 100) as u32 / 200;
+            let sum = scaled(angle) + degrees * DEGREE + i64::from(part);
             sum.clamp(i32::MIN.into(), i32::MAX.into()) as i32
         });
     }

@@ -10,7 +10,7 @@ use crate::measure::{Calibration, I32x3, LowPass, ONE_G, Reading, Validity, defi
 use crate::param::{ParameterId, Parameters, meaning};
 
 /// 360 deg in 0.01 deg.
-const TURN: i64 = 36_000;
+const TURN: i32 = 36_000;
 
 /// The mean acceleration must be 1 g for this number of samples before the filter estimates the offset of the gyroscope: 2 s. When an
 /// inclined sensor vibrates, its acceleration is 1 g in one half of the period. An estimate in this half only would be wrong.
@@ -155,8 +155,7 @@ impl Measuring {
         if self.two_axes {
             [x.saturating_add(offset_x), y.saturating_add(offset_y)]
         } else {
-            let turned = (i64::from(x) + i64::from(offset_x)).rem_euclid(TURN);
-            [turned as i32, 0]
+            [(x + offset_x.rem_euclid(TURN)).rem_euclid(TURN), 0]
         }
     }
 
