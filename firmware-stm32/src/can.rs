@@ -138,6 +138,8 @@ pub struct Bus {
     /// The registers of the board, and the time of the next comparison.
     configuration: &'static mut Configuration,
     inspection: Instant,
+    /// The number of comparisons with a difference since the controller took its configuration.
+    vain: u32,
 }
 
 impl Bus {
@@ -160,6 +162,7 @@ impl Bus {
             banks: Banks::NONE,
             configuration,
             inspection: clock::now(),
+            vain: 0,
         })
     }
 
@@ -336,6 +339,9 @@ impl Bus {
             w.inrq().clear_bit()
         });
         self.change = Change::Joining { frames: 0 };
+        if self.is_as_set(timing, true) {
+            self.vain = 0;
+        }
     }
 
     /// The next event of the controller since the last call. Call it until it returns None.

@@ -136,6 +136,7 @@ impl<T: Table> Parameters<T> {
     }
 
     /// Sets a parameter. The value must have passed [`check`](Self::check).
+    #[inline(never)] // measured: it is called in many places, and the answers do not take longer
     pub fn set(&mut self, id: ParameterId, value: u32) {
         let place = usize::from(id.0);
         let number = self.numbers.as_mut().get_mut(place);

@@ -196,6 +196,28 @@ pub fn filters_do_not_depend_on_can2sb() {
 /// The time in ms in which the watchdog with the fastest oscillator ends.
 const WATCHDOG: u64 = 1_500;
 
+/// The comparison ten times a second finds it. Each reset costs at most the answer to one poll.
+#[test]
+fn register_that_the_controller_does_not_take_leads_to_rare_resets_of_it() {
+    let mut rig = Rig::booted("is2", RATE);
+    let silicon = Silicon {
+        timing_reads: !(0b11 << 24),
+        ..silicon().can
+    };
+    rig.io().0.can.set_silicon(silicon);
+    rig.run(100);
+    let starts = rig.microcontroller().can().btr_history().len();
+    rig.frames();
+    for _ in 0..100 {
+        rig.send(&[fsc::INCLINATION]);
+        rig.run(50);
+    }
+    // 5 s: comparisons 1, 2, 4, 8, 16 and 32.
+    let resets = rig.microcontroller().can().btr_history().len() - starts;
+    assert!((4..=6).contains(&resets), "{resets} resets");
+    assert!(rig.frames().len() >= 100 - resets);
+}
+
 /// As [`hold`], for so long that a main loop that waits for the bus would be restarted.
 fn outlast(rig: &mut Rig) {
     let [_, _, highest] = chip().facts().lsi;

@@ -192,6 +192,45 @@ pub fn disturbed_bits_of_the_can_controller_are_restored() {
     left_out::check(&inverted, left_out::can());
 }
 
+/// The controller waits for the end of a dominant level, so nothing but the comparison restores it.
+#[test]
+pub fn disturbed_bits_of_a_can_controller_that_joins_the_bus_are_restored() {
+    // RCC_APB1RSTR.CAN(1)RST.
+    let reset = match chip() {
+        Chip::F103 => 0x4002_1010,
+        Chip::F446 => 0x4002_3820,
+    };
+    let rate = BitRate::M1;
+    let mut rig = Rig::with("is2tk", BusRate::Fixed(rate), fixed("is2tk", rate));
+    rig.io().0.be_lenient();
+    rig.bus.hold_dominant(ms(600));
+    rig.run(500);
+    let unused = unused();
+    let mut registers = rig.microcontroller_mut().configuration();
+    registers.retain(|address| CAN.contains(address));
+    let all = registers.into_iter().map(|address| (address, !0));
+    for (address, bits) in all.chain([(reset, 1 << 25)]) {
+        let row = unused.iter().find(|(range, _)| range.contains(&address));
+        let bits = bits & !row.map_or(0, |(_, bits)| *bits);
+        for bit in (0..32).filter(|bit| bits >> bit & 1 != 0) {
+            if let Some(before) = invert(&mut rig, address, bit) {
+                rig.bus.hold_dominant(ms(200));
+                rig.run(120);
+                let sensor = rig.microcontroller_mut();
+                let value = sensor.configured(address);
+                assert_eq!(value, Some(before), "{address:#x}, bit {bit}");
+                let status = sensor.configured(CAN.start + 4).expect("CAN_MSR");
+                assert_eq!(status & 0b11, 0b01, "it still joins");
+            }
+        }
+    }
+    assert_eq!(rig.device().boots(), 1, "without a restart");
+    // The resets have discarded the boot-up messages.
+    rig.run(300);
+    rig.poll();
+    std::mem::forget(rig);
+}
+
 #[test]
 pub fn disturbed_bits_of_the_processor_are_restored() {
     let inverted = each_bit(|address| CORE.contains(&address));

@@ -21,8 +21,9 @@ impl BxCan {
     pub fn read(&mut self, now: Picoseconds, offset: u32) -> Result<u32, AccessError> {
         let register = Register::at(offset).ok_or(AccessError::Unmapped)?;
         self.settle(now);
+        let reserved = self.undefined(register);
         let state = &self.state;
-        Ok(match register {
+        let value = match register {
             Register::MasterControl => self.read_control(),
             Register::MasterStatus => self.master_status(),
             Register::TransmitStatus => {
@@ -36,7 +37,7 @@ impl BxCan {
             Register::ReceiveFifo(fifo) => state.fifos[fifo].status(),
             Register::InterruptEnable => state.status.enabled(),
             Register::ErrorStatus => state.status.error_status(),
-            Register::BitTiming => state.timing.value(),
+            Register::BitTiming => state.timing.value() & self.silicon.timing_reads,
             Register::Transmit { mailbox, word } => state.transmitter.read(mailbox, word),
             Register::Receive { fifo, word } => {
                 state.fifos[fifo].read(word, register.name(), &mut self.violations)
@@ -50,7 +51,8 @@ impl BxCan {
             | Register::FilterFifo
             | Register::FilterActivation
             | Register::FilterBank { .. } => state.filters.read(register),
-        })
+        };
+        Ok(value | reserved)
     }
 
     /// Writes the register at an offset from the peripheral's base.
@@ -61,6 +63,7 @@ impl BxCan {
         let register = Register::at(offset).ok_or(AccessError::Unmapped)?;
         self.settle(now);
         let (mask, kept) = self.reserved(register);
+        let value = value & !self.undefined(register);
         if value & mask != kept {
             let reason = format!("{value:08X}h changes reserved bits");
             self.violations.record(register.name(), reason);
@@ -119,6 +122,12 @@ impl BxCan {
         }
     }
 
+    /// The reserved bits that read as 1, although their value after a reset is 0. They can be written with both.
+    fn undefined(&self, register: Register) -> u32 {
+        let (mask, kept) = self.reserved(register);
+        mask & !kept & self.silicon.reserved
+    }
+
     /// True for the registers that [`disturb`](Self::disturb) changes, without the filters that the chip does not have.
     pub fn is_configuration(&self, offset: u32) -> bool {
         match Register::at(offset) {
@@ -143,9 +152,10 @@ impl BxCan {
         let Some(register) = Register::at(offset) else {
             return false;
         };
-        let Ok(value) = self.read(now, offset).map(|value| value ^ bits) else {
+        let Ok(value) = self.read(now, offset) else {
             return false;
         };
+        let value = (value ^ bits) & !self.undefined(register);
         match register {
             Register::MasterControl => self.change_control(now, value),
             Register::InterruptEnable => self.state.status.enable(value),

@@ -9,6 +9,7 @@
 //! - CAN_FMR has a field CAN2SB on some chips (stm32-rs: 2A1C0E01h after a reset on the STM32F103; 0 on others).
 //! - CAN_TSR.CODE is always 0 in some clones, in which the TME bits work (katapult, issue 11: GD32F103; STM32_CAN, issue 54:
 //!   CS32F103).
+//! - Reserved bits can read as 1 in a clone. A write then has the value that was read, or that of the manual.
 
 use can_wire::protocol::Picoseconds;
 
@@ -45,6 +46,10 @@ pub struct Silicon {
     pub filter_master: u32,
     /// CAN_TSR.CODE has the number of a mailbox; otherwise it is always 0.
     pub mailbox_code: bool,
+    /// Those of these bits that are reserved in a register of control, status or configuration read as 1.
+    pub reserved: u32,
+    /// The other bits of CAN_BTR read as 0. They have their effect.
+    pub timing_reads: u32,
 }
 
 impl Default for Silicon {
@@ -56,6 +61,8 @@ impl Default for Silicon {
             lock_after: Some(1),
             filter_master: GENUINE_FILTER_MASTER,
             mailbox_code: true,
+            reserved: 0,
+            timing_reads: !0,
         }
     }
 }
@@ -67,6 +74,7 @@ impl Silicon {
             lock_after: Some(0),
             filter_master: 0,
             mailbox_code: false,
+            reserved: 0xA5A5_A5A5,
             ..Self::default()
         }
     }

@@ -125,3 +125,21 @@ fn frame_in_silent_mode_after_reset_locks_output_until_next_reset() {
     can.event(NOW, Event::Received(frame(1)));
     assert!(!can.is_locked(), "first use since power-up");
 }
+
+#[test]
+fn reserved_bits_read_as_in_the_silicon_and_are_written_as_read_or_as_in_the_manual() {
+    let mut can = at_once();
+    can.set_silicon(Silicon {
+        reserved: !0,
+        ..can.silicon()
+    });
+    can.set(MCR, INRQ);
+    assert_eq!(can.get(MCR), 0xFFFE_7F00 | INRQ);
+    for reserved in [0, 0x3C80_FC00] {
+        can.set(BTR, BTR_500K | reserved);
+        assert_eq!(can.get(BTR), BTR_500K | 0x3C80_FC00);
+    }
+    assert!(can.violations().is_empty());
+    can.set_silicon(Silicon::default());
+    assert_eq!(can.get(BTR), BTR_500K);
+}
