@@ -9,8 +9,7 @@
 //! tolerance of the power of two is at most `FLOOR`. So a shock or a vibration is seldom corrected, and its mean stays right.
 //!
 //! The noise of each element is wider than a digit, so equal values in a row are a sign of a defect: with a noise of one digit, a quarter of
-//! the typical one of the ISM330DHCX, 32 of them have a probability of 10^-17. Zeros do not count: the length of the acceleration shows them,
-//! and an ideal part that is level has them.
+//! the typical one of the ISM330DHCX, 32 of them have a probability of 10^-17.
 //!
 //! The loops call functions that are not inlined, because the image of the IMS360 is nearly as large as the flash.
 
@@ -46,11 +45,7 @@ impl Axis {
         if let Some(place) = self.window.get_mut(place) {
             *place = value;
         }
-        self.equal = if value == self.newest && value != 0 {
-            self.equal
-        } else {
-            0
-        } + 1;
+        self.equal = if value == self.newest { self.equal } else { 0 } + 1;
         self.newest = value;
         self.equal >= EQUAL
     }

@@ -30,6 +30,7 @@ mod sampling;
 #[cfg(test)]
 mod tests;
 
+use super::ism330dhcx::Noise;
 use super::ism330dhcx::fault::Line;
 use super::spi::SpiPart;
 use super::timebase::{MICROSECOND, Picoseconds};
@@ -209,9 +210,9 @@ impl Adxl355 {
         self.sampling.self_test_works = works;
     }
 
-    /// Switches its noise off, or on again as it is from the start.
-    pub fn set_quiet(&mut self, quiet: bool) {
-        self.sampling.digits.quiet = quiet;
+    /// Sets its noise, which is the real one from the start.
+    pub fn set_noise(&mut self, noise: Noise) {
+        self.sampling.digits.noise = noise;
     }
 
     /// Removes it from the board.

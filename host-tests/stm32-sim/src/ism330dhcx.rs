@@ -41,6 +41,7 @@ mod tests;
 use super::spi::SpiPart;
 use super::timebase::{MICROSECOND, Picoseconds};
 use bench::motion::Motion;
+pub use digits::Noise;
 pub use fault::Fault;
 use fault::Line;
 use plumbline::measure::Reading;
@@ -204,9 +205,9 @@ impl Ism330dhcx {
         self.sampling.self_test_works = works;
     }
 
-    /// Switches its noise off, or on again as it is from the start. Without noise its digits are exact in the mean, and the same each time.
-    pub fn set_quiet(&mut self, quiet: bool) {
-        self.sampling.digits.quiet = quiet;
+    /// Sets its noise, which is the real one from the start.
+    pub fn set_noise(&mut self, noise: Noise) {
+        self.sampling.digits.noise = noise;
     }
 
     /// Removes it from the board.

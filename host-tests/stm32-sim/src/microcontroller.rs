@@ -16,6 +16,7 @@ use super::cortex_m::timing::Buses;
 use super::cortex_m::{CortexM3, Fault};
 use super::elf::Image;
 use super::flash::Work;
+use super::ism330dhcx::Noise;
 use super::peripherals::Peripherals;
 use super::rcc::ResetCause;
 use super::signature::unique_id;
@@ -162,11 +163,11 @@ impl Microcontroller {
         }
     }
 
-    /// The same with an accelerometer without noise ([`set_quiet`](crate::ism330dhcx::Ism330dhcx::set_quiet)).
+    /// The same with an accelerometer without random noise ([`Noise::Alternating`]).
     pub fn quiet(mut self) -> Self {
-        self.io.imu.set_quiet(true);
+        self.io.imu.set_noise(Noise::Alternating);
         if let Some(part) = &mut self.io.adxl355 {
-            part.set_quiet(true);
+            part.set_noise(Noise::Alternating);
         }
         self
     }

@@ -7,7 +7,7 @@ use bench::{BusRate, Flash};
 use plumbline::can::BitRate;
 use plumbline::measure::{I32x3, ONE_G, Reading};
 use plumbline::time::Instant;
-use stm32_sim::ism330dhcx::Fault;
+use stm32_sim::ism330dhcx::{Fault, Noise};
 
 pub const RATE: BitRate = BitRate::K500;
 
@@ -212,7 +212,7 @@ fn noise_behind_2_hz_is_at_most_0_01_degrees_rms() {
     let rate = [fsc::WRITE_BAUD_RATE, baud_rate_code(RATE)];
     let memory = saved("is2", &[&rate, &[fsc::WRITE_FILTER, 0xD0, 0x07, 1]]);
     let mut rig = Rig::with("is2", BusRate::Fixed(RATE), memory);
-    rig.io().0.imu.set_quiet(false);
+    rig.io().0.imu.set_noise(Noise::Real);
     rig.boot_up();
     rig.run(1500);
     let errors: Vec<[f64; 2]> = (0..200)

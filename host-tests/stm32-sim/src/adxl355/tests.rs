@@ -23,7 +23,7 @@ impl Bench {
             ..Reading::default()
         };
         let mut part = Adxl355::new(Box::new(reading));
-        part.set_quiet(true);
+        part.set_noise(Noise::None);
         Self {
             part,
             now: BOOT_TIME,

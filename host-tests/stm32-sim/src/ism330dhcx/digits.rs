@@ -1,23 +1,30 @@
-//! The digits of the accelerometer, with its noise or without.
+//! The digits of the accelerometer, with its noise or another one.
 
 /// The noise density in g per square root of Hz (datasheet, An, high-performance mode).
 const DENSITY: f64 = 60e-6;
+
+/// The noise of a part.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Noise {
+    /// That of the datasheet.
+    Real,
+    /// The digits are one higher and one lower in turn, because a real part does not repeat a digit for long. That is half the data rate,
+    /// which no filter behind it lets pass. Nothing is random.
+    Alternating,
+    /// None, for tests of the part itself: the driver would take it for a defective one.
+    None,
+}
 
 /// From the acceleration to the digits of the three axes.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Digits {
     random: u64,
-    /// The noise is switched off.
-    pub(crate) quiet: bool,
-    /// Without noise: the part of each value that its digit does not show.
+    pub(crate) noise: Noise,
+    /// Without random noise: the part of each value that its digit does not show.
     rest: [f64; 3],
-    /// Without noise: the last digits, and the number of equal ones in a row.
-    last: [f64; 3],
-    equal: [u32; 3],
+    /// What alternating noise adds to the next digits.
+    swing: f64,
 }
-
-/// Without noise, a digit changes after this many equal ones, unless they are 0: a real part does not have more.
-const EQUAL: u32 = 16;
 
 impl Digits {
     /// With noise, the same for the same seed.
@@ -25,18 +32,16 @@ impl Digits {
         Self {
             // The state of the generator must not be 0.
             random: seed.wrapping_add(1).wrapping_mul(0x9E37_79B9_7F4A_7C15) | 1,
-            quiet: false,
+            noise: Noise::Real,
             rest: [0.0; 3],
-            last: [0.0; 3],
-            equal: [0; 3],
+            swing: 1.0,
         }
     }
 
     /// The digits of an acceleration in g at this data rate in Hz, `unit` g per digit.
     ///
-    /// The noise is wider than a digit, so the mean of many digits is the acceleration. Without noise, the rest of each value is added to the
-    /// next value: the mean is the acceleration too, and nothing is random. A digit that was the same for long is one higher, and the next one
-    /// is one lower.
+    /// The real noise is wider than a digit, so the mean of many digits is the acceleration. Otherwise the rest of each value is added to the
+    /// next value: the mean is the acceleration too.
     pub(crate) fn of(&mut self, acceleration: [f64; 3], rate: f64, unit: f64) -> [i16; 3] {
         let deviation = DENSITY * (rate / 2.0).sqrt();
         let digits = self.rounded(acceleration, deviation, unit);
@@ -52,25 +57,18 @@ impl Digits {
     ) -> [f64; 3] {
         let mut digits = [0.0; 3];
         for (axis, digit) in digits.iter_mut().enumerate() {
-            let added = if self.quiet {
-                self.rest[axis]
-            } else {
-                self.normal() * deviation / unit
+            let added = match self.noise {
+                Noise::Real => self.normal() * deviation / unit,
+                Noise::Alternating | Noise::None => self.rest[axis],
             };
             let exact = acceleration[axis] / unit + added;
             *digit = exact.round();
-            if self.quiet && *digit != 0.0 && *digit == self.last[axis] {
-                self.equal[axis] += 1;
-            } else {
-                self.equal[axis] = 1;
+            self.rest[axis] = (exact - *digit).clamp(-0.5, 0.5);
+            if self.noise == Noise::Alternating {
+                *digit += self.swing;
             }
-            if self.equal[axis] > EQUAL {
-                *digit += 1.0;
-                self.equal[axis] = 1;
-            }
-            self.last[axis] = *digit;
-            self.rest[axis] = (exact - *digit).clamp(-1.0, 0.5);
         }
+        self.swing = -self.swing;
         digits
     }
 
@@ -132,25 +130,42 @@ mod tests {
         assert_ne!(first(1), first(2));
     }
 
+    /// Without the noise of the datasheet.
+    fn with(noise: Noise) -> Digits {
+        Digits {
+            noise,
+            ..Digits::new(1)
+        }
+    }
+
     #[test]
     fn mean_without_noise_is_exact_and_within_a_digit() {
-        let quiet = Digits {
-            quiet: true,
-            ..Digits::new(1)
-        };
         for acceleration in [0.0, 0.1001, -0.500_09] {
-            let (mean, deviation) = statistics(quiet, acceleration);
+            let (mean, deviation) = statistics(with(Noise::None), acceleration);
             assert!((mean - acceleration).abs() < 1e-8, "{mean}");
             assert!(deviation <= UNIT / 2.0, "{deviation}");
         }
     }
 
     #[test]
+    fn alternating_noise_averages_out_and_repeats_no_digit() {
+        for acceleration in [0.0, 0.1001, -0.500_09] {
+            let (mean, _) = statistics(with(Noise::Alternating), acceleration);
+            assert!((mean - acceleration).abs() < 1e-8, "{mean}");
+            let mut digits = with(Noise::Alternating);
+            let mut next = || digits.of([acceleration; 3], RATE, UNIT)[0];
+            let mut last = next();
+            for _ in 0..1000 {
+                let digit = next();
+                assert!((1..=3).contains(&digit.abs_diff(last)), "{digit}");
+                last = digit;
+            }
+        }
+    }
+
+    #[test]
     fn value_beyond_the_range_leaves_no_rest_for_later() {
-        let mut digits = Digits {
-            quiet: true,
-            ..Digits::new(1)
-        };
+        let mut digits = with(Noise::None);
         for _ in 0..10 {
             assert_eq!(
                 digits.of([9.0, -9.0, 0.0], RATE, UNIT),

@@ -46,7 +46,7 @@ impl Bench {
         let motion = Still::default();
         motion.0.set([0, -8192 * 61, 16_384 * 61]);
         let mut part = Ism330dhcx::new(Box::new(motion.clone()));
-        part.set_quiet(true);
+        part.set_noise(Noise::None);
         Self {
             part,
             motion,
