@@ -18,6 +18,7 @@ impl Periodic {
     };
 
     /// Begins a period of `period_ms` milliseconds; 0 switches the timer off.
+    #[inline(never)] // measured: smaller, and no answer takes longer
     pub fn start(&mut self, now: Instant, period_ms: u32) {
         self.stop();
         if period_ms > 0 {
@@ -37,6 +38,7 @@ impl Periodic {
     }
 
     /// Returns true if a period has ended; the next one begins. Several missed periods count as one.
+    #[inline(never)] // measured: smaller, and no answer takes longer
     pub fn poll(&mut self, now: Instant) -> bool {
         let ended = self.due.is_reached(now);
         if ended {
