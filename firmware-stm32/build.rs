@@ -48,19 +48,28 @@ fn main() {
     if feature("DEFMT") {
         arguments.push("-Tdefmt.x");
     }
+    if feature("BEHIND_BOOTLOADER") {
+        arguments.push("--defsym=BEHIND_BOOTLOADER=1");
+    }
     for argument in &arguments {
         println!("cargo:rustc-link-arg-bins={argument}");
     }
     println!("cargo:arguments={}", arguments.join(" "));
     // The program contains the code of several products, and is not flashed.
     println!("cargo:rustc-link-arg-bin=panic-free=--defsym=PANIC_FREE=1");
+    if feature("BLUEPILL") {
+        println!("cargo:rustc-link-arg-bin=bootloader=--defsym=BOOTLOADER=1");
+    }
 }
 
-/// The linker script of a section with the name of the board. It is a part of the ELF file that is not loaded. Programs on a PC read it.
+/// The linker script of two sections that are not loaded: the name of the board, and the product with its version, which the program
+/// contains. Programs on a PC read them.
 fn name_section(board: &str) -> String {
     let name = board.replace('_', "-");
     let bytes: String = name.bytes().map(|byte| format!(" BYTE({byte})")).collect();
-    format!("SECTIONS {{ .plumbline.board 0 (INFO) : {{{bytes} }} }}\n")
+    format!(
+        "SECTIONS {{\n  .plumbline.board 0 (INFO) : {{{bytes} }}\n  .plumbline.program 0 (INFO) : {{ KEEP(*(.plumbline.program)) }}\n}}\n"
+    )
 }
 
 /// The memory regions of a board, which `memory.x` includes.

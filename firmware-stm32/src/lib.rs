@@ -24,6 +24,8 @@ pub use cortex_m_rt;
 
 #[doc(hidden)]
 pub use plumbline::node::ProductNode;
+#[doc(hidden)]
+pub use plumbline::update;
 
 use plumbline::model::catalog::PRODUCTS;
 use plumbline::store::ImageId;
@@ -41,6 +43,8 @@ pub mod silicon;
 pub mod app;
 #[cfg(board)]
 pub mod board;
+#[cfg(all(board, feature = "bluepill"))]
+pub mod bootloader;
 #[cfg(board)]
 pub mod can;
 #[cfg(board)]
@@ -143,6 +147,19 @@ macro_rules! firmware {
                 "this product needs a self-test, and the measuring element of this build has none"
             );
         };
+
+        /// The number of the product, and the version. It is in the ELF file only, for the program that makes an image file of it.
+        #[cfg(target_os = "none")]
+        #[used]
+        #[unsafe(link_section = ".plumbline.program")]
+        static PROGRAM: $crate::update::About = $crate::update::About::new(
+            $image,
+            [
+                env!("CARGO_PKG_VERSION_MAJOR"),
+                env!("CARGO_PKG_VERSION_MINOR"),
+                env!("CARGO_PKG_VERSION_PATCH"),
+            ],
+        );
 
         #[cfg(target_os = "none")]
         static LINK: $crate::link::Shared<$node> = $crate::link::Shared::empty();

@@ -22,14 +22,13 @@
 //!       +-------+--------+--------+---------+-------+--------+---------+--------+--------+---------+-----------+--------+--------+
 //! ```
 //!
-//! Numbers are little-endian. The product is the number of its [`ImageId`]. The version is 65536 * major + 256 * minor + patch; a higher
+//! Numbers are little-endian. The product is the number of its [`ImageId`](crate::store::ImageId). The version is 65536 * major + 256 * minor + patch; a higher
 //! number is a newer program. The key id is 0 for an image without a signature. The commit is programmed to 0000h at the end of an update.
 //!
 //! Both CRCs are CRC-32/MPEG-2 of words in the order of the CRC unit of an STM32: the most significant byte of each little-endian word
 //! first. That of the body counts FFh in place of the header. That of the first page is of bytes 0 to [`PAGE`] of the slot with the header in
 //! its place, and FFh from its CRC on. So it covers product and board before anything is erased.
 
-use crate::store::ImageId;
 use crc::{CRC_32_MPEG_2, Crc, NoTable};
 
 /// The length of a header in bytes.
@@ -46,10 +45,10 @@ const FORMAT: u8 = 1;
 /// The bytes of the header that the CRC of the first page covers.
 const COVERED: usize = 56;
 
-/// What a program says of itself.
+/// For which device a program is made.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub struct Header {
-    /// The product, the number of its [`ImageId`].
+pub struct Contents {
+    /// The product, the number of its [`ImageId`](crate::store::ImageId).
     pub product: u16,
     /// The number of the board.
     pub board: u16,
@@ -59,21 +58,19 @@ pub struct Header {
     pub key: u16,
     /// The version: 65536 * major + 256 * minor + patch.
     pub version: u32,
-    /// The length of the body in bytes.
-    pub length: u32,
-    /// The CRC of the body.
-    pub body: u32,
     /// The SHA-256 of the body; 0 without a signature.
     pub hash: [u8; 32],
-    /// The CRC of the first page.
-    pub first_page: u32,
 }
+
+/// A header of this format.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Header([u8; SIZE]);
 
 /// The sensor for which an image must be made.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Device {
-    /// The product; None: any, for a bootloader that does not know its product yet.
-    pub product: Option<ImageId>,
+    /// The number of its product; None: any, for a bootloader that does not know its product yet.
+    pub product: Option<u16>,
     /// The number of the board.
     pub board: u16,
     /// The layout of its memory.
@@ -98,51 +95,94 @@ pub enum Unfit {
 }
 
 impl Header {
-    /// The header in these bytes; None if they are not one.
-    pub fn parse(bytes: &[u8; SIZE]) -> Option<Self> {
-        let mut fields = Fields(bytes);
-        let magic = fields.take()?;
-        let [format, layout] = fields.take()?;
-        (magic == MAGIC && format == FORMAT).then_some(())?;
-        Some(Self {
-            layout,
-            product: u16::from_le_bytes(fields.take()?),
-            board: u16::from_le_bytes(fields.take()?),
-            key: u16::from_le_bytes(fields.take()?),
-            version: u32::from_le_bytes(fields.take()?),
-            length: u32::from_le_bytes(fields.take()?),
-            body: u32::from_le_bytes(fields.take()?),
-            hash: fields.take()?,
-            first_page: u32::from_le_bytes(fields.take()?),
-        })
-    }
-
-    /// The header as it is in a file, without the commit.
-    pub fn bytes(&self) -> [u8; SIZE] {
-        let mut bytes = [0xFF; SIZE];
-        let [product, board, key] = [self.product, self.board, self.key].map(u16::to_le_bytes);
-        let [version, length] = [self.version, self.length].map(u32::to_le_bytes);
-        let [body, first_page] = [self.body, self.first_page].map(u32::to_le_bytes);
-        let fields: [&[u8]; 10] = [
+    /// The header of a program with this body, without the commit. What the body has in place of the header does not matter. None: the body
+    /// is shorter than its first page.
+    pub fn new(contents: &Contents, body: &[u8]) -> Option<Self> {
+        let mut header = Self([0xFF; SIZE]);
+        let [product, board, key] =
+            [contents.product, contents.board, contents.key].map(u16::to_le_bytes);
+        let [version, length] = [contents.version, body.len() as u32].map(u32::to_le_bytes);
+        let fields: [&[u8]; 9] = [
             &MAGIC,
-            &[FORMAT, self.layout],
+            &[FORMAT, contents.layout],
             &product,
             &board,
             &key,
             &version,
             &length,
-            &body,
-            &self.hash,
-            &first_page,
+            &crc(&body_parts(body)).to_le_bytes(),
+            &contents.hash,
         ];
-        for (to, from) in bytes.iter_mut().zip(fields.into_iter().flatten()) {
+        for (to, from) in header.0.iter_mut().zip(fields.into_iter().flatten()) {
             *to = *from;
         }
-        bytes
+        let mut page = *body.first_chunk::<PAGE>()?;
+        page.get_mut(PLACE..)?
+            .first_chunk_mut()?
+            .clone_from(&header.0);
+        let first_page = crc(&first_page_parts(&page)).to_le_bytes();
+        header
+            .0
+            .get_mut(COVERED..)?
+            .first_chunk_mut()?
+            .clone_from(&first_page);
+        Some(header)
     }
 
-    /// Checks that the image with this first page, which has this CRC, is for a device with a slot of `size` bytes whose program has the version `present`; None:
-    /// it has no program, or an older one is permitted.
+    /// The header in these bytes; None if they are not one of this format.
+    pub fn parse(bytes: &[u8; SIZE]) -> Option<Self> {
+        let [magic @ .., _, _, _, _] = bytes.first_chunk::<8>()?;
+        let [.., format, _, _, _] = bytes.first_chunk::<8>()?;
+        (*magic == MAGIC && *format == FORMAT).then_some(Self(*bytes))
+    }
+
+    /// Its bytes.
+    pub const fn bytes(&self) -> &[u8; SIZE] {
+        &self.0
+    }
+
+    /// The layout of the memory for which the program is linked.
+    pub fn layout(&self) -> u8 {
+        (number(&self.0, 4) >> 8) as u8
+    }
+
+    /// The product, the number of its [`ImageId`](crate::store::ImageId).
+    pub fn product(&self) -> u16 {
+        (number(&self.0, 4) >> 16) as u16
+    }
+
+    /// The number of the board.
+    pub fn board(&self) -> u16 {
+        number(&self.0, 8) as u16
+    }
+
+    /// The key of the signature; 0: none.
+    pub fn key(&self) -> u16 {
+        (number(&self.0, 8) >> 16) as u16
+    }
+
+    /// The version: 65536 * major + 256 * minor + patch.
+    pub fn version(&self) -> u32 {
+        number(&self.0, 12)
+    }
+
+    /// The length of the body in bytes.
+    pub fn length(&self) -> usize {
+        number(&self.0, 16) as usize
+    }
+
+    /// The CRC of the body.
+    pub fn body(&self) -> u32 {
+        number(&self.0, 20)
+    }
+
+    /// The CRC of the first page.
+    pub fn first_page(&self) -> u32 {
+        number(&self.0, COVERED)
+    }
+
+    /// Checks that the image with this first page, which has this CRC, is for a device with a slot of `size` bytes whose program has the
+    /// version `present`; None: it has no program, or an older one is permitted.
     pub fn check(
         &self,
         first_page: u32,
@@ -150,17 +190,16 @@ impl Header {
         size: usize,
         present: Option<u32>,
     ) -> Result<(), Unfit> {
-        let is_other = |product: ImageId| product.number() != self.product;
-        let is_length = (PAGE..=size).contains(&(self.length as usize));
-        if first_page != self.first_page {
+        let length = self.length();
+        if first_page != self.first_page() {
             Err(Unfit::Damaged)
-        } else if self.board != device.board || self.layout != device.layout {
+        } else if self.board() != device.board || self.layout() != device.layout {
             Err(Unfit::Board)
-        } else if device.product.is_some_and(is_other) {
+        } else if device.product.is_some_and(|own| own != self.product()) {
             Err(Unfit::Product)
-        } else if !is_length || !self.length.is_multiple_of(4) {
+        } else if !(PAGE..=size).contains(&length) || !length.is_multiple_of(4) {
             Err(Unfit::Length)
-        } else if present.is_some_and(|present| self.version < present) {
+        } else if present.is_some_and(|present| self.version() < present) {
             Err(Unfit::Older)
         } else {
             Ok(())
@@ -168,15 +207,22 @@ impl Header {
     }
 }
 
-/// The fields of a header in their order.
-struct Fields<'a>(&'a [u8]);
+/// The number of a version.
+///
+/// # Panics
+/// If minor or patch are above 255, or major is above 65535.
+pub const fn version(major: u32, minor: u32, patch: u32) -> u32 {
+    assert!(
+        major <= 0xFFFF && minor <= 0xFF && patch <= 0xFF,
+        "minor and patch are at most 255"
+    );
+    major << 16 | minor << 8 | patch
+}
 
-impl Fields<'_> {
-    fn take<const N: usize>(&mut self) -> Option<[u8; N]> {
-        let (field, rest) = self.0.split_first_chunk()?;
-        self.0 = rest;
-        Some(*field)
-    }
+/// The number at this byte; 0 outside of the bytes.
+pub(super) fn number(bytes: &[u8], at: usize) -> u32 {
+    let bytes = bytes.get(at..).and_then(<[u8]>::first_chunk);
+    bytes.map_or(0, |bytes| u32::from_le_bytes(*bytes))
 }
 
 /// CRC-32/MPEG-2 of the words of all parts, as the CRC unit of an STM32 calculates it.

@@ -215,11 +215,11 @@ impl Loader {
             return Ok(());
         }
         let header = self.header()?;
-        let present = program.header().map(|present| present.version);
+        let present = program.header().map(|present| present.version());
         let present = present.filter(|_| !self.downgrade);
         let first_page = slot.crc(&first_page_parts(&self.first));
         header.check(first_page, device, S::SIZE, present)?;
-        self.length = header.length as usize;
+        self.length = header.length();
         self.stage = Stage::Loading;
         *program = Program::None;
         // Without its first half-word, the header is never valid again, also if the power is cut during the erase.

@@ -1,5 +1,6 @@
 //! Firmware update over CAN: the program of a sensor is replaced by a bootloader that stays in the flash.
 //!
+//! - [`about`]: what the ELF file of a program says of it;
 //! - [`header`]: the image file, and what a program says of itself;
 //! - [`mod@slot`]: the flash of the program, and whether a program can be started;
 //! - [`loader`]: takes an image file in pieces, and never starts a mixture;
@@ -25,6 +26,7 @@
 //! also compares the CRC of the whole program. Until then the bootloader remains, and takes the file again. The pages of the bootloader, of
 //! the [record] and of the parameters are outside of the slot.
 
+pub mod about;
 pub mod header;
 pub mod loader;
 pub mod objects;
@@ -34,9 +36,10 @@ mod server;
 mod simulated;
 pub mod slot;
 
-pub use header::{Device, Header, Unfit};
+pub use about::About;
+pub use header::{Contents, Device, Header, Unfit};
 pub use loader::{Failure, Loader, Status};
 pub use objects::Update;
-pub use record::Record;
+pub use record::{Record, Sensor};
 pub use server::UpdateServer;
 pub use slot::{Program, Slot, SlotError};

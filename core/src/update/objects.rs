@@ -13,7 +13,7 @@
 //! A download is refused with 0609 0030h if the image is for another device, with 0800 0022h if it is older or if 1F51h = 3 did not come before,
 //! with 0800 0020h if it is damaged, with 0607 0010h if its length is not that of its header, and with 0606 0000h if the flash fails.
 
-use super::header::{self, Device, Unfit};
+use super::header::{self, Device, Header, Unfit};
 use super::loader::{Failure, Loader, Status};
 use super::record::Record;
 use super::slot::{Program, Slot};
@@ -36,11 +36,8 @@ pub struct Update<S> {
 }
 
 impl<S: Slot> Update<S> {
-    /// The bootloader of this device. An update that needs only its commit is completed.
-    pub fn new(mut slot: S, device: Device, record: Option<Record>) -> Self {
-        let program = Program::of(&slot);
-        // If the flash fails, the program is loaded again.
-        let program = program.complete(&mut slot).unwrap_or(Program::None);
+    /// The bootloader of this device, whose slot has this program.
+    pub fn new(slot: S, program: Program, device: Device, record: Option<Record>) -> Self {
         Self {
             slot,
             device,
@@ -81,12 +78,12 @@ impl<S: Slot> Update<S> {
             // The bootloader runs: the program is stopped.
             (0x1F51, 1) => return Ok((0, 1)),
             (0x1000, 0) => 0,
-            (0x1018, 1) => record.map_or(0, |record| record.vendor),
-            (0x1018, 2) => record.map_or(0, |record| record.product_code),
-            (0x1018, 3) => program.map_or(0, |program| program.version),
-            (0x1018, 4) => record.map_or(0, |record| record.serial),
+            (0x1018, 1) => record.map_or(0, Record::vendor),
+            (0x1018, 2) => record.map_or(0, Record::product_code),
+            (0x1018, 3) => program.map_or(0, Header::version),
+            (0x1018, 4) => record.map_or(0, Record::serial),
             (0x1F50, 1) => return Err(Abort::WriteOnly),
-            (0x1F56, 1) => program.map_or(0, |program| program.body),
+            (0x1F56, 1) => program.map_or(0, Header::body),
             (0x1F57, 1) => self.status() as u32,
             (0x1000 | 0x1001 | 0x1018 | 0x1F50 | 0x1F51 | 0x1F56 | 0x1F57, _) => {
                 return Err(Abort::NoSubIndex);

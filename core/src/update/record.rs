@@ -19,6 +19,7 @@
 //! Numbers are little-endian. The bit rate is its place in [`BitRate::ALL`]. Bit 31 of an identifier means 29 bits. The CRC is
 //! [that of a header](super::header::crc), of the bytes before it.
 
+use super::header::number;
 use crate::can::{BitRate, CanId};
 use crate::store::ImageId;
 
@@ -32,9 +33,9 @@ const CHECKED: usize = SIZE - 4;
 /// Calculates the CRC of some parts.
 pub type Crc = fn(&[&[u8]]) -> u32;
 
-/// What the bootloader knows of its sensor.
+/// What the program tells its bootloader.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub struct Record {
+pub struct Sensor {
     /// The product.
     pub product: ImageId,
     /// The bit rate.
@@ -53,18 +54,22 @@ pub struct Record {
     pub serial: u32,
 }
 
+/// A valid entry.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Record([u8; SIZE]);
+
 impl Record {
-    /// The entry. `crc` is [that of a header](super::header::crc), or the unit of the board.
-    pub fn bytes(&self, crc: Crc) -> [u8; SIZE] {
-        let rate = BitRate::ALL.iter().position(|rate| *rate == self.rate);
-        let [a, b] = self.product.number().to_le_bytes();
+    /// The entry of this sensor. `crc` is [that of a header](super::header::crc), or the unit of the board.
+    pub fn new(sensor: &Sensor, crc: Crc) -> Self {
+        let rate = BitRate::ALL.iter().position(|rate| *rate == sensor.rate);
+        let [a, b] = sensor.product.number().to_le_bytes();
         let numbers = [
-            self.request.bits(),
-            self.reply.bits(),
-            self.boot_up.bits(),
-            self.vendor,
-            self.product_code,
-            self.serial,
+            sensor.request.bits(),
+            sensor.reply.bits(),
+            sensor.boot_up.bits(),
+            sensor.vendor,
+            sensor.product_code,
+            sensor.serial,
         ];
         let numbers = numbers.iter().flat_map(|number| number.to_le_bytes());
         let content = [MARK, rate.unwrap_or(0) as u8, a, b]
@@ -77,32 +82,68 @@ impl Record {
         if let Some((content, check)) = bytes.split_last_chunk_mut() {
             *check = crc(&[content]).to_le_bytes();
         }
-        bytes
+        Self(bytes)
     }
 
     /// The record in an entry; None if it is not valid.
     pub fn parse(bytes: &[u8; SIZE], crc: Crc) -> Option<Self> {
-        let (content, check) = bytes.split_at(CHECKED);
-        (crc(&[content]).to_le_bytes() == check).then_some(())?;
-        let (&[mark, rate, a, b], numbers) = content.split_first_chunk()?;
-        let product = u16::from_le_bytes([a, b]);
-        (mark == MARK && (1..0x8000).contains(&product)).then_some(())?;
-        let mut numbers = numbers
-            .as_chunks()
-            .0
-            .iter()
-            .map(|bytes| u32::from_le_bytes(*bytes));
-        let mut identifier = || numbers.next().map(CanId::from_bits);
-        Some(Self {
-            product: ImageId::new(product),
-            rate: *BitRate::ALL.get(usize::from(rate))?,
-            request: identifier()?,
-            reply: identifier()?,
-            boot_up: identifier()?,
-            vendor: numbers.next()?,
-            product_code: numbers.next()?,
-            serial: numbers.next()?,
-        })
+        let record = Self(*bytes);
+        let is_valid = bytes.starts_with(&[MARK])
+            && crc(&[bytes.get(..CHECKED)?]) == record.number::<CHECKED>();
+        is_valid.then_some(record)
+    }
+
+    /// Its bytes.
+    pub const fn bytes(&self) -> &[u8; SIZE] {
+        &self.0
+    }
+
+    /// The number of the product's [`ImageId`].
+    pub fn product(&self) -> u16 {
+        (self.number::<0>() >> 16) as u16
+    }
+
+    /// The bit rate.
+    pub fn rate(&self) -> BitRate {
+        let [_, place, ..] = self.0;
+        *BitRate::ALL
+            .get(usize::from(place))
+            .unwrap_or(&BitRate::K250)
+    }
+
+    /// The identifier of requests to the bootloader.
+    pub fn request(&self) -> CanId {
+        CanId::from_bits(self.number::<4>())
+    }
+
+    /// The identifier of its replies.
+    pub fn reply(&self) -> CanId {
+        CanId::from_bits(self.number::<8>())
+    }
+
+    /// The identifier of its message at start.
+    pub fn boot_up(&self) -> CanId {
+        CanId::from_bits(self.number::<12>())
+    }
+
+    /// 1018h:01, the number of the vendor.
+    pub fn vendor(&self) -> u32 {
+        self.number::<16>()
+    }
+
+    /// 1018h:02.
+    pub fn product_code(&self) -> u32 {
+        self.number::<20>()
+    }
+
+    /// 1018h:04.
+    pub fn serial(&self) -> u32 {
+        self.number::<24>()
+    }
+
+    /// The number at this byte.
+    fn number<const AT: usize>(&self) -> u32 {
+        number(&self.0, AT)
     }
 }
 
@@ -130,7 +171,7 @@ mod tests {
     use super::super::header::crc;
     use super::*;
 
-    const RECORD: Record = Record {
+    const SENSOR: Sensor = Sensor {
         product: ImageId::new(7),
         rate: BitRate::K250,
         request: CanId::standard(0x60A),
@@ -142,14 +183,26 @@ mod tests {
     };
 
     #[test]
-    fn record_is_read_as_it_was_written() {
-        assert_eq!(Record::parse(&RECORD.bytes(crc), crc), Some(RECORD));
+    fn record_tells_what_it_was_made_of() {
+        let record = Record::new(&SENSOR, crc);
+        assert_eq!(Record::parse(record.bytes(), crc), Some(record));
+        let told = Sensor {
+            product: ImageId::new(record.product()),
+            rate: record.rate(),
+            request: record.request(),
+            reply: record.reply(),
+            boot_up: record.boot_up(),
+            vendor: record.vendor(),
+            product_code: record.product_code(),
+            serial: record.serial(),
+        };
+        assert_eq!(told, SENSOR);
     }
 
     #[test]
     fn each_wrong_bit_makes_an_entry_invalid() {
         for bit in 0..SIZE * 8 {
-            let mut bytes = RECORD.bytes(crc);
+            let mut bytes = *Record::new(&SENSOR, crc).bytes();
             bytes[bit / 8] ^= 1 << (bit % 8);
             assert_eq!(Record::parse(&bytes, crc), None, "bit {bit}");
         }
@@ -157,22 +210,23 @@ mod tests {
 
     #[test]
     fn newest_valid_entry_counts_and_an_interrupted_one_is_not_written_again() {
+        let first = Record::new(&SENSOR, crc);
+        let second = Record::new(
+            &Sensor {
+                serial: 2,
+                ..SENSOR
+            },
+            crc,
+        );
         let mut page = [0xFF; 4 * SIZE];
         assert_eq!((newest(&page, crc), next_place(&page)), (None, Some(0)));
-        page[..SIZE].copy_from_slice(&RECORD.bytes(crc));
-        let second = Record {
-            serial: 2,
-            ..RECORD
-        };
-        page[SIZE..2 * SIZE].copy_from_slice(&second.bytes(crc));
+        page[..SIZE].copy_from_slice(first.bytes());
+        page[SIZE..2 * SIZE].copy_from_slice(second.bytes());
         // The power was cut after 6 bytes.
-        page[2 * SIZE..2 * SIZE + 6].copy_from_slice(&RECORD.bytes(crc)[..6]);
+        page[2 * SIZE..2 * SIZE + 6].copy_from_slice(&first.bytes()[..6]);
         assert_eq!(newest(&page, crc), Some(second));
         assert_eq!(next_place(&page), Some(3 * SIZE));
-        page[3 * SIZE..].copy_from_slice(&RECORD.bytes(crc));
-        assert_eq!(
-            (newest(&page, crc), next_place(&page)),
-            (Some(RECORD), None)
-        );
+        page[3 * SIZE..].copy_from_slice(first.bytes());
+        assert_eq!((newest(&page, crc), next_place(&page)), (Some(first), None));
     }
 }

@@ -1,12 +1,11 @@
 //! A slot and image files for tests.
 
-use super::header::{Device, Header, PLACE, SIZE, body_parts, crc, first_page_parts};
+use super::header::{Contents, Device, Header, PLACE, SIZE};
 use super::slot::{Slot, SlotError};
-use crate::store::ImageId;
 use std::vec::Vec;
 
 pub const DEVICE: Device = Device {
-    product: Some(ImageId::new(3)),
+    product: Some(3),
     board: 1,
     layout: 1,
 };
@@ -104,20 +103,15 @@ pub fn file(version: u32, length: usize, seed: u8) -> Vec<u8> {
 
 /// The file with this body.
 pub fn seal(mut body: Vec<u8>, version: u32) -> Vec<u8> {
-    let mut header = Header {
+    let contents = Contents {
         product: 3,
         board: 1,
         layout: 1,
         key: 0,
         version,
-        length: body.len() as u32,
-        body: crc(&body_parts(&body)),
         hash: [0; 32],
-        first_page: 0,
     };
-    let mut page = body[..PAGE].to_vec();
-    page[PLACE..PLACE + SIZE].copy_from_slice(&header.bytes());
-    header.first_page = crc(&first_page_parts(&page));
+    let header = Header::new(&contents, &body).unwrap();
     let mut file = header.bytes().to_vec();
     file.append(&mut body);
     file

@@ -48,16 +48,22 @@ impl Program {
         let Some(header) = header.and_then(Header::parse) else {
             return Self::None;
         };
-        let Some(body) = bytes.get(..header.length as usize) else {
+        let Some(body) = bytes.get(..header.length()) else {
             return Self::None;
         };
-        let is_intact = slot.crc(&first_page_parts(body)) == header.first_page
-            && slot.crc(&body_parts(body)) == header.body;
+        let is_intact = slot.crc(&first_page_parts(body)) == header.first_page()
+            && slot.crc(&body_parts(body)) == header.body();
         match bytes.get(COMMIT..COMMIT + 2) {
             _ if !is_intact => Self::None,
             Some([0, 0]) => Self::Complete(header),
             _ => Self::Uncommitted(header),
         }
+    }
+
+    /// The program in a slot at a start: an uncommitted one is completed. If the flash fails, it must be loaded again.
+    pub fn at_start(slot: &mut impl Slot) -> Self {
+        let program = Self::of(slot);
+        program.complete(slot).unwrap_or(Self::None)
     }
 
     /// Its header, if it is complete.
@@ -68,8 +74,8 @@ impl Program {
         }
     }
 
-    /// Commits an uncommitted program: call it at each start. Returns the program that can be started.
-    pub fn complete(self, slot: &mut impl Slot) -> Result<Self, SlotError> {
+    /// Commits an uncommitted program. Returns the program that can be started.
+    pub(super) fn complete(self, slot: &mut impl Slot) -> Result<Self, SlotError> {
         match self {
             Self::Uncommitted(header) => {
                 slot.program(COMMIT, &[0, 0])?;

@@ -28,7 +28,8 @@ use super::{
 use crate::flash::ParameterFlash;
 use crate::imu::{SpiError, Wires};
 use crate::silicon;
-pub(super) use stm32f1::stm32f103 as pac;
+use cortex_m::peripheral::SYST;
+pub(crate) use stm32f1::stm32f103 as pac;
 pub use stm32f1::stm32f103::Interrupt;
 
 /// The registers of a port.
@@ -79,12 +80,50 @@ impl Board {
     /// Call it only once: it takes all peripherals.
     pub unsafe fn take() -> Self {
         // SAFETY: the caller owns all peripherals.
-        let (mut core, device) =
-            unsafe { (cortex_m::Peripherals::steal(), pac::Peripherals::steal()) };
-
+        let (core, device) = unsafe { (cortex_m::Peripherals::steal(), pac::Peripherals::steal()) };
         set_up_debugging();
         note_reset(&device.RCC);
         log_silicon(core.CPUID.base.read(), device.DBGMCU.idcode().read().bits());
+        // SAFETY: as above.
+        let basis = unsafe { Basis::take() };
+        start_heater(&device.TIM3, &device.GPIOB);
+        // SAFETY: the caller owns all peripherals.
+        let spi = unsafe { Spi::steal() };
+        start_spi(&spi);
+        Self {
+            systick: basis.systick,
+            watchdog: basis.watchdog,
+            leds: basis.leds,
+            switches: Switches { timer: device.TIM3 },
+            can: basis.can,
+            imu: ImuWires(spi),
+            flash: ParameterFlash(Flash::new(device.FLASH)),
+            serial: super::serial(unique_id()),
+        }
+    }
+}
+
+/// What the bootloader needs of a board.
+pub struct Basis {
+    /// The timer of the core.
+    pub systick: SYST,
+    /// The watchdog, which runs.
+    pub watchdog: Watchdog,
+    /// The LEDs.
+    pub leds: StatusLeds,
+    /// The registers of the CAN controller.
+    pub can: CanPeripheral,
+}
+
+impl Basis {
+    /// Initialises watchdog, clocks and pins.
+    ///
+    /// # Safety
+    /// Call it only once: it takes these peripherals.
+    pub unsafe fn take() -> Self {
+        // SAFETY: the caller owns all peripherals.
+        let (mut core, device) =
+            unsafe { (cortex_m::Peripherals::steal(), pac::Peripherals::steal()) };
         let mut watchdog = Watchdog::start(device.IWDG);
         switch_on(&device.RCC);
         start_supply_monitor(&device.PWR);
@@ -92,19 +131,11 @@ impl Board {
         let mut leds = StatusLeds;
         start_oscillator(&device.RCC, &mut core.SYST, &mut watchdog, &mut leds);
         start_pll(&device.RCC, &device.FLASH);
-        start_heater(&device.TIM3, &device.GPIOB);
-        // SAFETY: the caller owns all peripherals.
-        let spi = unsafe { Spi::steal() };
-        start_spi(&spi);
         Self {
             systick: core.SYST,
             watchdog,
             leds,
-            switches: Switches { timer: device.TIM3 },
             can: device.CAN,
-            imu: ImuWires(spi),
-            flash: ParameterFlash(Flash::new(device.FLASH)),
-            serial: super::serial(unique_id()),
         }
     }
 }

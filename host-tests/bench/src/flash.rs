@@ -42,7 +42,7 @@ impl NorFlashError for FlashError {
     }
 }
 
-/// The two pages or sectors of flash with the records of a node. Operations can fail, and the power can be cut at any byte.
+/// Pages or sectors of flash, for example those with the records of a node. Operations can fail, and the power can be cut at any byte.
 #[derive(Debug)]
 pub struct Flash {
     geometry: Geometry,
@@ -85,8 +85,7 @@ impl Flash {
     /// # Panics
     /// When the size is not that of the memory.
     pub fn with_content(geometry: Geometry, bytes: Vec<u8>) -> Self {
-        let size = geometry.page_size;
-        assert_eq!(bytes.len(), geometry.size(), "two pages of {size} bytes");
+        assert_eq!(bytes.len(), geometry.size(), "{geometry:?}");
         Self {
             geometry,
             bytes,

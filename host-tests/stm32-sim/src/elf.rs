@@ -105,6 +105,8 @@ pub struct Image {
     sections: Vec<Section>,
     /// By rising address; the larger first if several have the same address.
     symbols: Vec<Symbol>,
+    /// The pages that a bootloader can change.
+    slot: Range<u32>,
 }
 
 impl Image {
@@ -136,7 +138,53 @@ impl Image {
             segments,
             sections,
             symbols,
+            slot: 0..0,
         })
+    }
+
+    /// This program behind a bootloader, in one flash. None: it is not linked for that, or the bootloader is for another board.
+    pub fn behind(&self, bootloader: &Self) -> Option<Self> {
+        let begins = |image: &Self, start| {
+            let mut segments = image.segments.iter();
+            segments.any(|segment| segment.load_address == start)
+        };
+        let fits = self.board == bootloader.board
+            && begins(bootloader, FLASH_START)
+            && begins(self, self.board.facts().slot.start);
+        fits.then(|| {
+            let mut symbols = [&bootloader.symbols[..], &self.symbols].concat();
+            symbols.sort_by_key(|symbol| (symbol.address, std::cmp::Reverse(symbol.size)));
+            Self {
+                board: self.board,
+                segments: [&bootloader.segments[..], &self.segments].concat(),
+                sections: [&bootloader.sections[..], &self.sections].concat(),
+                symbols,
+                slot: self.board.facts().slot.clone(),
+            }
+        })
+    }
+
+    /// The bootloader alone: without a program, it waits for one.
+    pub fn as_bootloader(mut self) -> Self {
+        self.slot = self.board.facts().slot.clone();
+        self
+    }
+
+    /// What is in the pages that the bootloader of this image can change; None: there is no bootloader.
+    pub fn slot(&self) -> Option<Vec<u8>> {
+        let mut content = vec![0xFF; self.slot.len()];
+        for segment in &self.segments {
+            let start = segment.load_address.checked_sub(self.slot.start);
+            let place = start.and_then(|start| {
+                content
+                    .get_mut(start as usize..)?
+                    .get_mut(..segment.bytes.len())
+            });
+            if let Some(place) = place {
+                place.copy_from_slice(&segment.bytes);
+            }
+        }
+        (!content.is_empty()).then_some(content)
     }
 
     /// The board of the image, which its ELF file names.
@@ -261,10 +309,11 @@ fn segments(elf: &[u8]) -> Result<Vec<Segment>, ImageError> {
     Ok(segments)
 }
 
-/// The first two vectors, at the start of flash: the initial stack pointer and the start of the program.
-fn vectors(segments: &[Segment]) -> Option<[u32; 2]> {
+/// The first two vectors, at the start of flash or behind a bootloader: the initial stack pointer and the start of the program.
+fn vectors(board: Board, segments: &[Segment]) -> Option<[u32; 2]> {
+    let is_start = |address| address == FLASH_START || address == board.facts().slot.start;
     let mut segments = segments.iter();
-    let first = segments.find(|segment| segment.load_address == FLASH_START)?;
+    let first = segments.find(|segment| is_start(segment.load_address))?;
     let vector = |at: usize| {
         let bytes = first.bytes.get(4 * at..)?.first_chunk()?;
         Some(u32::from_le_bytes(*bytes))
@@ -313,7 +362,7 @@ fn check_places(board: Board, segments: &[Segment]) -> Result<(), ImageError> {
 /// Checks the first two vectors: the stack, which grows down from its top, must be in RAM and word-aligned, the program in flash
 /// and in Thumb state (PM0056, sections 2.1.3 and 2.3.4).
 fn check_vectors(board: Board, segments: &[Segment]) -> Result<(), ImageError> {
-    let Some([stack, reset]) = vectors(segments) else {
+    let Some([stack, reset]) = vectors(board, segments) else {
         return Err(ImageError::Vectors);
     };
     let ram: Range<u32> = board.chip().ram();

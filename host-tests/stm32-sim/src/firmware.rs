@@ -67,6 +67,17 @@ pub fn build_for_element(
     build_with(board, names, Some(element))
 }
 
+/// As [`build`], for a flash that begins with the bootloader of the board.
+///
+/// # Errors
+/// As [`build`].
+pub fn build_behind_bootloader(
+    board: Board,
+    names: &[&str],
+) -> Result<BTreeMap<String, PathBuf>, BuildError> {
+    build_with(board, names, Some("behind-bootloader"))
+}
+
 /// Builds for a board and with another feature. Each feature and each board has a folder of its own, because images of one replace those of
 /// another.
 fn build_with(

@@ -1,7 +1,7 @@
 //! The flash memory interface with the parameter pages. The registers are those of the chip: `f103.rs`, `f446.rs`.
 //!
-//! The two parameter pages are the bench's [`Flash`], with its fuse and faults. The pages of the program cannot be changed: an
-//! attempt is a violation.
+//! The two parameter pages are the bench's [`Flash`], with its fuse and faults, and also the pages that a bootloader can change, if the
+//! image has one. The other pages of the program cannot be changed: an attempt is a violation.
 
 mod control;
 mod f103;
@@ -16,7 +16,7 @@ use super::pwr::Supply;
 use super::silicon::Silicon;
 use super::timebase::Picoseconds;
 use super::violation::Violations;
-use bench::{Flash, FlashError};
+use bench::{Flash, FlashError, Geometry};
 use control::Keys;
 pub use operation::{Times, Work};
 
@@ -32,6 +32,8 @@ pub struct FlashInterface {
     board: Board,
     chip: Chip,
     parameters: Flash,
+    /// The pages that a bootloader can change.
+    slot: Option<Flash>,
     acr: u32,
     cr: u32,
     ar: u32,
@@ -67,6 +69,7 @@ impl FlashInterface {
             board,
             chip,
             parameters,
+            slot: None,
             acr: match chip {
                 Chip::F103 => f103::PREFETCH,
                 Chip::F446 => 0,
@@ -98,6 +101,7 @@ impl FlashInterface {
         let mut memory = Flash::blank(self.parameters.geometry());
         std::mem::swap(&mut memory, &mut self.parameters);
         *self = Self {
+            slot: self.slot.take(),
             times: self.times,
             lock_reads: self.lock_reads,
             waits: self.waits,
@@ -115,9 +119,32 @@ impl FlashInterface {
         &mut self.parameters
     }
 
-    /// True when the fuse of the parameter pages has blown: the machine switches the power off.
+    /// From now on a bootloader can change the pages of its program and of its record, which have this content.
+    ///
+    /// # Panics
+    /// When the content is not that of whole pages.
+    pub fn open_slot(&mut self, content: Vec<u8>) {
+        let page_size = self.parameters.geometry().page_size;
+        let geometry = Geometry {
+            pages: content.len() / page_size,
+            ..self.parameters.geometry()
+        };
+        self.slot = Some(Flash::with_content(geometry, content));
+    }
+
+    /// The pages that a bootloader can change.
+    pub fn slot(&self) -> Option<&Flash> {
+        self.slot.as_ref()
+    }
+
+    /// The pages that a bootloader can change, to set their fuse and faults.
+    pub fn slot_mut(&mut self) -> Option<&mut Flash> {
+        self.slot.as_mut()
+    }
+
+    /// True when the fuse of some pages has blown: the machine switches the power off.
     pub fn power_is_cut(&self) -> bool {
-        self.parameters.is_cut()
+        self.parameters.is_cut() || self.slot.as_ref().is_some_and(Flash::is_cut)
     }
 
     /// Sets the times of this part.
@@ -157,6 +184,9 @@ impl FlashInterface {
             };
             violations.add("flash", reason);
             self.parameters.cut_in_operation_after(0, now);
+            if let Some(slot) = &mut self.slot {
+                slot.cut_in_operation_after(0, now);
+            }
         }
     }
 
@@ -266,57 +296,64 @@ impl FlashInterface {
         value: u32,
         violations: &mut Violations,
     ) -> Result<(), FlashError> {
-        let Some(at) = self.offset_in_parameters(address) else {
+        if self.area(address).is_none() {
             violations.add(
                 format!("flash {address:08X}h"),
                 "a page of the program is programmed",
             );
             return Ok(());
-        };
+        }
         let duration = self.times.program;
         self.check_supply(now, duration, violations);
+        let Some((memory, at)) = self.area(address) else {
+            return Ok(());
+        };
         let value = &value.to_le_bytes()[..width.bytes()];
-        let result = self.parameters.program_unit(at, value);
+        let result = memory.program_unit(at, value);
         if result == Err(FlashError::NotErased) {
             return result;
         }
+        let held = memory.bytes()[at..at + width.bytes()].iter().rev();
         let work = Work::Program {
             address,
             width,
-            value: self.held(at, width),
+            value: held.fold(0, |word, byte| word << 8 | u32::from(*byte)),
             duration,
         };
         self.begin(now, result, work);
         Ok(())
     }
 
-    /// The content of a unit of the parameters.
-    fn held(&self, at: usize, width: Width) -> u32 {
-        let bytes = &self.parameters.bytes()[at..at + width.bytes()];
-        let bytes = bytes.iter().rev();
-        bytes.fold(0, |word, byte| word << 8 | u32::from(*byte))
-    }
-
-    /// Erases the page of the parameters at an offset.
-    fn erase_page(&mut self, now: Picoseconds, offset: usize, violations: &mut Violations) {
+    /// Erases the page at an address. False if it cannot be changed.
+    fn erase_page(&mut self, now: Picoseconds, address: u32, violations: &mut Violations) -> bool {
+        if self.area(address).is_none() {
+            return false;
+        }
         let duration = self.times.erase[self.parallelism()];
         self.check_supply(now, duration, violations);
-        let size = self.parameters.geometry().page_size;
-        let start = offset / size * size;
-        let result = self.parameters.erase_page_at(start);
+        let Some((memory, at)) = self.area(address) else {
+            return false;
+        };
+        let size = memory.geometry().page_size;
+        let place = at % size;
+        let result = memory.erase_page_at(at - place);
         let work = Work::Erase {
-            page: self.board.facts().parameters.start + start as u32,
+            page: address - place as u32,
             size,
             duration,
         };
         self.begin(now, result, work);
+        true
     }
 
-    /// The offset of an address in the parameter pages.
-    fn offset_in_parameters(&self, address: u32) -> Option<usize> {
-        let parameters = &self.board.facts().parameters;
-        let offset = address.checked_sub(parameters.start)?;
-        parameters.contains(&address).then_some(offset as usize)
+    /// The pages that contain an address and can be changed, and its offset in them.
+    fn area(&mut self, address: u32) -> Option<(&mut Flash, usize)> {
+        let facts = self.board.facts();
+        let parameters = (Some(&mut self.parameters), facts.parameters.clone());
+        let slot = (self.slot.as_mut(), facts.slot.clone());
+        let areas = [parameters, slot].into_iter();
+        let mut areas = areas.filter(|(_, range)| range.contains(&address));
+        areas.find_map(|(memory, range)| Some((memory?, (address - range.start) as usize)))
     }
 
     /// The width of an operation: 0, 1, 2 for bytes, half-words, words.

@@ -37,6 +37,7 @@ pub mod bxcan;
 pub mod capture_timer;
 pub mod chip;
 pub mod cortex_m;
+pub mod crc;
 pub mod dbgmcu;
 pub mod elf;
 pub mod firmware;

@@ -116,6 +116,9 @@ impl Microcontroller {
     ) -> Self {
         let board = image.board();
         let mut io = Peripherals::new(board, unique_id(serial), flash, motion);
+        if let Some(content) = image.slot() {
+            io.flash.open_slot(content);
+        }
         if image.address_of("imu::adxl355").is_some() {
             io.fit_adxl355();
         }
@@ -299,6 +302,12 @@ impl Microcontroller {
         self.lowest_stack.min(self.core.lowest_stack())
     }
 
+    /// The pages that the bootloader can change, to set their fuse and faults; None without a bootloader.
+    pub fn slot(&mut self) -> Option<&mut Flash> {
+        self.parameters_touched = true;
+        self.io.flash.slot_mut()
+    }
+
     /// True while the sensor terminates the bus.
     pub fn terminated(&self) -> bool {
         self.on && board::terminated(self.io.board(), &self.io.gpio)
@@ -351,6 +360,11 @@ impl Microcontroller {
             let start = self.io.board().facts().parameters.start;
             let loaded = self.core.load(start, bytes);
             assert!(loaded, "the parameter pages are in flash");
+            if let Some(slot) = self.io.flash.slot() {
+                let start = self.io.board().facts().slot.start;
+                let loaded = self.core.load(start, slot.bytes());
+                assert!(loaded, "the slot is in flash");
+            }
         }
     }
 

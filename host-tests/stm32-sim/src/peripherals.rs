@@ -18,6 +18,7 @@ use super::board::{self, Board};
 use super::bxcan::BxCan;
 use super::capture_timer::CaptureTimer;
 use super::chip::{Chip, Module};
+use super::crc::CrcUnit;
 use super::dbgmcu::Dbgmcu;
 use super::flash::FlashInterface;
 use super::gpio::Gpio;
@@ -57,6 +58,7 @@ pub struct Peripherals {
     pub tim3: Timer,
     /// The timer at RXD, for the bit rate detection.
     pub tim4: CaptureTimer,
+    crc: CrcUnit,
     /// The independent watchdog (IWDG).
     pub iwdg: Iwdg,
     /// The debug support (DBGMCU).
@@ -109,6 +111,7 @@ impl Peripherals {
             adc: Adc::new(chip, board.facts().supply_channel),
             tim3: Timer::default(),
             tim4: CaptureTimer::default(),
+            crc: CrcUnit::default(),
             iwdg,
             imu: Ism330dhcx::new(motion),
             adxl355: None,
@@ -144,6 +147,7 @@ impl Peripherals {
     pub fn reset(&mut self, cycle: u64, cause: ResetCause) {
         self.rcc.reset(cycle, cause);
         self.flash.reset();
+        self.crc = CrcUnit::default();
         self.iwdg.reset();
         self.pwr.reset();
         // All modules at the same time: a transfer that is cut off is no violation of its chip select.
@@ -159,6 +163,9 @@ impl Peripherals {
     pub fn power_on(&mut self, cycle: u64, time: Picoseconds) {
         self.rcc.go_on(cycle, time);
         self.flash.parameters_mut().power_on();
+        if let Some(slot) = self.flash.slot_mut() {
+            slot.power_on();
+        }
         self.can.power_on();
         self.reset(cycle, ResetCause::PowerOn);
         self.imu.power_on(time);

@@ -26,6 +26,7 @@ mod accelerometer;
 mod accelerometer_faults;
 mod adxl355;
 mod boot;
+mod bootloader;
 mod can_faults;
 mod clock;
 mod delay;

@@ -1,5 +1,7 @@
 //! Tests of the bootloader through its SDO server.
 
+use super::super::header::crc;
+use super::super::record::Sensor;
 use super::super::server::UpdateServer;
 use super::super::simulated::{DEVICE, Flash, file};
 use super::*;
@@ -7,7 +9,7 @@ use crate::can::{BitRate, CanId};
 use crate::store::ImageId;
 use crate::time::{Instant, after, millis};
 
-const RECORD: Record = Record {
+const SENSOR: Sensor = Sensor {
     product: ImageId::new(3),
     rate: BitRate::K250,
     request: CanId::standard(0x601),
@@ -26,9 +28,11 @@ struct Bus {
 }
 
 impl Bus {
-    fn new(flash: Flash) -> Self {
+    fn new(mut flash: Flash) -> Self {
+        let program = Program::at_start(&mut flash);
+        let record = Record::new(&SENSOR, crc);
         Self {
-            update: Update::new(flash, DEVICE, Some(RECORD)),
+            update: Update::new(flash, program, DEVICE, Some(record)),
             server: UpdateServer::new(),
             now: Instant::from_ticks(0),
         }

@@ -5,11 +5,12 @@ use crate::board::{PARAMETERS, supply_is_low};
 use crate::flash::Sectors;
 use embedded_storage::nor_flash::NorFlashErrorKind;
 
-/// The last two pages of the flash. regions.x excludes them from the program memory.
-pub struct Flash(pac::FLASH);
+/// `COUNT` pages of the flash from the address `START` on. regions.x excludes them from the program memory. The default is the parameter
+/// memory: the last two pages.
+pub struct Flash<const START: usize = PARAMETERS, const COUNT: usize = 2>(pac::FLASH);
 
-impl Flash {
-    pub(super) fn new(registers: pac::FLASH) -> Self {
+impl<const START: usize, const COUNT: usize> Flash<START, COUNT> {
+    pub(crate) fn new(registers: pac::FLASH) -> Self {
         Self(registers)
     }
 
@@ -40,7 +41,7 @@ impl Flash {
         self.0.cr().write(|w| w.lock().set_bit());
         let mut place = address as *const u16;
         let same = expected.all(|half_word| {
-            // SAFETY: the address is in the parameter area. Volatile, because the flash changes by other means than stores.
+            // SAFETY: the address is in the area. Volatile, because the flash changes by other means than stores.
             let read = unsafe { place.read_volatile() };
             place = place.wrapping_add(1);
             read == half_word
@@ -53,10 +54,10 @@ impl Flash {
     }
 }
 
-impl Sectors for Flash {
-    const START: usize = PARAMETERS;
+impl<const START: usize, const COUNT: usize> Sectors for Flash<START, COUNT> {
+    const START: usize = START;
     const SIZE: usize = 1024;
-    const COUNT: usize = 2;
+    const COUNT: usize = COUNT;
     const WRITE_SIZE: usize = 2;
 
     fn erase(&mut self, sector: usize) -> Result<(), NorFlashErrorKind> {
@@ -66,7 +67,7 @@ impl Sectors for Flash {
         let address = Self::START + sector * Self::SIZE;
         self.unlock();
         self.0.cr().write(|w| w.lock().clear_bit().per().set_bit());
-        // SAFETY: the page is in the parameter area, which contains no other data.
+        // SAFETY: the page is in the area, which contains no other data.
         self.0.ar().write(|w| unsafe { w.bits(address as u32) });
         self.0.cr().modify(|_, w| w.strt().set_bit());
         self.wait();
@@ -88,7 +89,7 @@ impl Sectors for Flash {
                 // The comparison finds the missing half-words.
                 break;
             }
-            // SAFETY: the caller has checked that the half-word is aligned and inside the parameter area, which contains no
+            // SAFETY: the caller has checked that the half-word is aligned and inside the area, which contains no
             // other data. With PG set, a store there programs the flash.
             unsafe { place.write_volatile(half_word) };
             place = place.wrapping_add(1);

@@ -6,7 +6,9 @@ pub const PAGE_SIZE: usize = 1024;
 /// The pages of a memory.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Geometry {
-    /// The size of each of the two pages, in bytes.
+    /// The number of pages.
+    pub pages: usize,
+    /// The size of a page in bytes.
     pub page_size: usize,
     /// Only an erased half-word can be programmed, except to 0000h.
     pub once_only: bool,
@@ -15,12 +17,14 @@ pub struct Geometry {
 impl Geometry {
     /// Two pages of the STM32F103.
     pub const STM32F103: Self = Self {
+        pages: 2,
         page_size: PAGE_SIZE,
         once_only: true,
     };
 
     /// Two sectors of 16 KiB of the STM32F446.
     pub const STM32F446: Self = Self {
+        pages: 2,
         page_size: 16 * 1024,
         once_only: false,
     };
@@ -32,8 +36,8 @@ impl Geometry {
             .find(|geometry| length <= geometry.size() as u64)
     }
 
-    /// The size of both pages, in bytes.
+    /// The size of all pages, in bytes.
     pub const fn size(self) -> usize {
-        2 * self.page_size
+        self.pages * self.page_size
     }
 }

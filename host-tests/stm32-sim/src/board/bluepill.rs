@@ -15,6 +15,8 @@ pub const FACTS: Facts = Facts {
     program: &[0x0800_0000..0x0800_F800],
     // The last two pages.
     parameters: 0x0800_F800..0x0801_0000,
+    // The pages of the program and of the boot record behind a bootloader.
+    slot: 0x0800_2000..0x0800_F800,
     has_external_clock: false,
     spi: Spi::Spi1,
     supply_channel: 0,

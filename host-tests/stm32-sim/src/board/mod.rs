@@ -40,6 +40,8 @@ pub struct Facts {
     pub program: &'static [Range<u32>],
     /// The flash of the parameters.
     pub parameters: Range<u32>,
+    /// The flash that a bootloader can change: its program and its boot record. Empty: the board has no bootloader.
+    pub slot: Range<u32>,
     /// HSE is a clock from the ST-LINK; otherwise a crystal.
     pub has_external_clock: bool,
     /// The SPI at the accelerometer.

@@ -15,6 +15,7 @@ pub const FACTS: Facts = Facts {
     program: &[0x0800_0000..0x0800_8000, 0x0801_0000..0x0808_0000],
     // Sectors 2 and 3 (RM0390, table 5).
     parameters: 0x0800_8000..0x0801_0000,
+    slot: 0..0,
     has_external_clock: true,
     spi: Spi::Spi2,
     supply_channel: 10,

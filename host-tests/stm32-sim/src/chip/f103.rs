@@ -60,6 +60,7 @@ pub(super) fn module(base: u32) -> Option<Module> {
         0x4001_2400 => Module::Adc,
         0x4002_1000 => Module::Rcc,
         0x4002_2000 => Module::Flash,
+        0x4002_3000 => Module::Crc,
         _ => return None,
     })
 }
@@ -70,6 +71,7 @@ pub(super) fn gate(module: Module) -> Option<Gate> {
         Module::Afio => Some(Gate::Apb2(0)),
         Module::Gpio(port) => Some(Gate::Apb2(2 + port as u8)),
         Module::Adc => Some(Gate::Apb2(9)),
+        Module::Crc => Some(Gate::Ahb1(6)),
         _ => None,
     }
 }

@@ -60,6 +60,8 @@ pub enum Module {
     Tim3,
     /// TIM4, which measures the bit time.
     Tim4,
+    /// The CRC calculation unit.
+    Crc,
     /// The independent watchdog (IWDG).
     Iwdg,
     /// Power control (PWR), with the detector of the supply.
@@ -135,6 +137,7 @@ impl Chip {
             (Module::Signature, _) => "electronic signature",
             (Module::Tim3, _) => "TIM3",
             (Module::Tim4, _) => "TIM4",
+            (Module::Crc, _) => "CRC",
             (Module::Iwdg, _) => "IWDG",
             (Module::Pwr, _) => "PWR",
             (Module::Adc, _) => "ADC1",

@@ -121,10 +121,8 @@ impl FlashInterface {
 
     /// Erases the page at FLASH_AR.
     pub(super) fn erase_f103(&mut self, now: Picoseconds, violations: &mut Violations) {
-        match self.offset_in_parameters(self.ar) {
-            Some(offset) => self.erase_page(now, offset, violations),
-            None => violations.add("FLASH_AR", "a page of the program is erased"),
-        }
+        let is_erased = self.erase_page(now, self.ar, violations);
+        violations.check(!is_erased, "FLASH_AR", "a page of the program is erased");
     }
 }
 

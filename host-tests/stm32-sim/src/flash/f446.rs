@@ -124,12 +124,10 @@ impl FlashInterface {
         let sector = (self.cr & SECTOR) >> 3;
         let address = 0x0800_0000 + sector * SMALL_SECTOR;
         // Sectors 2 and 3 are the parameters; the others are larger or contain the program.
-        match self.offset_in_parameters(address) {
-            Some(offset) => {
-                self.stale = self.acr & DATA_CACHE != 0;
-                self.erase_page(now, offset, violations);
-            }
-            None => violations.add("FLASH_CR", "a sector of the program is erased"),
+        if self.erase_page(now, address, violations) {
+            self.stale = self.acr & DATA_CACHE != 0;
+        } else {
+            violations.add("FLASH_CR", "a sector of the program is erased");
         }
     }
 
@@ -162,14 +160,13 @@ impl FlashInterface {
             self.errors |= PARALLELISM_ERROR;
             return;
         }
-        let held = self
-            .offset_in_parameters(address)
-            .map(|at| self.held(at, width));
-        violations.check_at(
-            held.is_some_and(|held| value & !held != 0),
-            place,
-            "a bit is programmed from 0 to 1",
-        );
+        let new = value.to_le_bytes();
+        let changes = |(new, held): (&u8, &u8)| new & !held != 0;
+        let has_risen = self.area(address).is_some_and(|(memory, at)| {
+            let held = &memory.bytes()[at..at + width.bytes()];
+            new.iter().zip(held).any(changes)
+        });
+        violations.check_at(has_risen, place, "a bit is programmed from 0 to 1");
         // `NotErased` is not possible, because this memory can be programmed again.
         let _ = self.program_unit(now, address, width, value, violations);
     }

@@ -56,6 +56,7 @@ impl Peripherals {
             Module::Signature => Err(AccessError::Unmapped),
             Module::Tim3 => self.tim3.read(offset),
             Module::Tim4 => self.tim4.read(now, self.rcc.timer_clock(), offset),
+            Module::Crc => self.crc.read(offset),
             Module::Iwdg => self.iwdg.read(now, offset),
             Module::Can => self.can.read(now, offset),
             Module::Pwr => self.pwr.read(now, offset),
@@ -92,6 +93,7 @@ impl Peripherals {
                 self.tim4
                     .write(now, clock, offset, value, &mut self.violations)
             }
+            Module::Crc => self.crc.write(offset, value),
             Module::Iwdg => {
                 self.iwdg.write(now, offset, value, &mut self.violations)?;
                 if self.iwdg.is_running() {

@@ -73,7 +73,8 @@ impl Peripherals {
 
     fn is_configuration(&self, module: Module, offset: u32) -> bool {
         match module {
-            Module::Signature => false,
+            // The bootloader resets the unit before each calculation.
+            Module::Signature | Module::Crc => false,
             // IWDG_PR, IWDG_RLR. No value stops the watchdog.
             Module::Iwdg => matches!(offset, 0x04 | 0x08),
             // SR, EGR, CNT, and what TIM4 has captured.

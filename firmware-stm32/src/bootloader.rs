@@ -1,0 +1,187 @@
+//! The bootloader: starts the program in its slot, or takes another one over CAN ([`plumbline::update`]).
+//!
+//! ```text
+//!  0800_0000   8 KiB   bootloader, write-protected by its option bytes
+//!  0800_2000  53 KiB   program: vectors, header (byte 512), code
+//!  0800_F400   1 KiB   boot record
+//!  0800_F800   2 KiB   parameters and calibration, which an update does not change
+//! ```
+//!
+//! After a reset it compares the CRC of the program, with the clock of the reset, and jumps to it. The program finds all registers as after a
+//! reset. If there is no complete program, or if the program has asked for an update in the [`mailbox`], the bootloader starts the clocks and
+//! the CAN controller and waits for a client. It leaves this mode by a reset only.
+//!
+//! It answers with the identifiers and the bit rate of the mailbox, otherwise with those of the boot record. Without both it listens at each
+//! bit rate in turn until it receives a valid frame, and answers as node 127: request 67Fh, reply 5FFh. It sends a message at its start only if
+//! it knows its identifiers: the boot-up message of CANopen if that is its identifier, otherwise 60h "BOOT".
+
+mod can;
+pub mod mailbox;
+mod pages;
+
+use crate::board::Basis;
+use can::{Can, Request};
+use core::arch::asm;
+use cortex_m::peripheral::SYST;
+use cortex_m::peripheral::syst::SystClkSource;
+use pages::Pages;
+use plumbline::can::{BitRate, CanId};
+use plumbline::node::Leds;
+use plumbline::time::{Duration, Instant, after, millis, reached};
+use plumbline::update::{Device, Program, Record, Update, UpdateServer};
+
+/// The number of the board in the header of a program, and of its layout: one slot.
+const BOARD: u16 = 1;
+const LAYOUT: u8 = 1;
+
+/// The identifiers without a boot record: those of node 127.
+const REQUEST: CanId = CanId::standard(0x67F);
+const REPLY: CanId = CanId::standard(0x5FF);
+
+/// The time that it listens at a bit rate: ten frames at 10 kbit/s.
+const LISTENING: Duration = millis(150);
+
+/// Starts the program, or updates it.
+///
+/// # Safety
+/// Call it only once: it takes all peripherals.
+pub unsafe fn run() -> ! {
+    let asked = mailbox::take();
+    // SAFETY: the caller owns all peripherals.
+    let mut pages = unsafe { Pages::take() };
+    let program = Program::at_start(&mut pages);
+    if let (None, Program::Complete(_)) = (&asked, &program) {
+        start();
+    }
+    if let Some(record) = &asked {
+        // Before the flash of the program changes: afterwards nobody else knows it. If it fails, the mailbox is sufficient for this start.
+        let _ = pages.keep(record);
+    }
+    let record = asked.or_else(|| pages.newest_record());
+    // SAFETY: as above.
+    update(unsafe { Basis::take() }, pages, program, record)
+}
+
+/// Updates the program. Ends by a reset.
+fn update(mut board: Basis, slot: Pages, program: Program, record: Option<Record>) -> ! {
+    let device = Device {
+        product: record.map(|record| record.product()),
+        board: BOARD,
+        layout: LAYOUT,
+    };
+    let (request, reply) =
+        record.map_or((REQUEST, REPLY), |known| (known.request(), known.reply()));
+    let mut update = Update::new(slot, program, device, record);
+    let mut server = UpdateServer::new();
+    let mut clock = Clock::start(board.systick);
+    let mut can = Can(board.can);
+    let mut search = match record {
+        Some(record) => {
+            can.join(record.rate(), Some(request));
+            can.send_boot_up(record.boot_up());
+            None
+        }
+        None => Some(Search::start(&mut can)),
+    };
+    loop {
+        board.watchdog.feed();
+        let now = clock.now();
+        let received = can.receive();
+        if let Some(rate) = search
+            .as_mut()
+            .and_then(|search| search.step(&mut can, now, &received))
+        {
+            search = None;
+            can.join(rate, Some(request));
+        }
+        let answer = match received {
+            Some(Request { id, data }) if id == request && search.is_none() => {
+                server.serve(&mut update, now, data)
+            }
+            _ => server.poll(now),
+        };
+        if let Some(bytes) = answer {
+            can.send(reply, bytes, 8);
+        }
+        if can.is_idle() && update.take_restart() {
+            cortex_m::peripheral::SCB::sys_reset();
+        }
+        board.leds.show(Leds {
+            run: true,
+            error: update.program().header().is_none(),
+            ..Leds::default()
+        });
+    }
+}
+
+/// Jumps to the program, as a reset does.
+fn start() -> ! {
+    const VTOR: *mut u32 = 0xE000_ED08 as *mut u32;
+    let program = pages::PROGRAM as *const u32;
+    // SAFETY: the program is complete: it begins with its stack pointer and its entry. All interrupts are disabled in the NVIC.
+    unsafe {
+        VTOR.write_volatile(pages::PROGRAM as u32);
+        let (stack, entry) = (program.read_volatile(), program.add(1).read_volatile());
+        asm!("msr msp, {}", "bx {}", in(reg) stack, in(reg) entry, options(noreturn));
+    }
+}
+
+/// The search for the bit rate: a silent controller at each one in turn.
+struct Search {
+    place: usize,
+    until: Instant,
+}
+
+impl Search {
+    fn start(can: &mut Can) -> Self {
+        let search = Self {
+            place: 0,
+            until: after(Instant::from_ticks(0), LISTENING),
+        };
+        can.listen(search.rate());
+        search
+    }
+
+    fn rate(&self) -> BitRate {
+        *BitRate::ALL.get(self.place).unwrap_or(&BitRate::K250)
+    }
+
+    /// Returns the bit rate when it has received a frame.
+    fn step(&mut self, can: &mut Can, now: Instant, received: &Option<Request>) -> Option<BitRate> {
+        if received.is_some() {
+            return Some(self.rate());
+        }
+        if reached(now, self.until) {
+            self.place = (self.place + 1) % BitRate::ALL.len();
+            self.until = after(now, LISTENING);
+            can.listen(self.rate());
+        }
+        None
+    }
+}
+
+/// The time since the start, in milliseconds. It stands still during an operation of the flash.
+struct Clock {
+    timer: SYST,
+    now: Instant,
+}
+
+impl Clock {
+    fn start(mut timer: SYST) -> Self {
+        timer.set_clock_source(SystClkSource::Core);
+        timer.set_reload(crate::board::CORE_CLOCK / 1000 - 1);
+        timer.clear_current();
+        timer.enable_counter();
+        Self {
+            timer,
+            now: Instant::from_ticks(0),
+        }
+    }
+
+    fn now(&mut self) -> Instant {
+        if self.timer.has_wrapped() {
+            self.now = after(self.now, millis(1));
+        }
+        self.now
+    }
+}

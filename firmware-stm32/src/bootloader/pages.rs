@@ -1,0 +1,92 @@
+//! The pages of the flash: the slot of the program and the boot record.
+
+use crate::board::{Flash, pac};
+use crate::flash::Sectors;
+use plumbline::update::record;
+use plumbline::update::{Record, Slot, SlotError};
+
+/// The address of the program.
+pub const PROGRAM: usize = 0x0800_2000;
+/// The pages of a program. The page of the boot record follows them.
+const COUNT: usize = 53;
+/// The size of a page in bytes.
+const PAGE: usize = 1024;
+
+/// The pages of the program and of the boot record.
+pub struct Pages(Flash<PROGRAM, { COUNT + 1 }>);
+
+impl Pages {
+    /// # Safety
+    /// No other operation of the flash runs at the same time.
+    pub unsafe fn take() -> Self {
+        // SAFETY: as the caller promises.
+        Self(Flash::new(unsafe { pac::FLASH::steal() }))
+    }
+
+    /// The contents of the page of the boot record.
+    fn record_page(&self) -> &[u8; PAGE] {
+        // SAFETY: flash, which is always readable, and does not change while this is borrowed.
+        unsafe { &*((PROGRAM + COUNT * PAGE) as *const [u8; PAGE]) }
+    }
+
+    /// The newest boot record.
+    pub fn newest_record(&self) -> Option<Record> {
+        record::newest(self.record_page(), crc)
+    }
+
+    /// Stores a boot record, unless it is the newest one.
+    pub fn keep(&mut self, record: &Record) -> Result<(), SlotError> {
+        if self.newest_record().as_ref() == Some(record) {
+            return Ok(());
+        }
+        let place = match record::next_place(self.record_page()) {
+            Some(place) => place,
+            None => {
+                self.erase(COUNT)?;
+                0
+            }
+        };
+        self.program(COUNT * PAGE + place, record.bytes())
+    }
+}
+
+impl Slot for Pages {
+    const PAGE: usize = PAGE;
+    const SIZE: usize = PAGE * COUNT;
+
+    fn bytes(&self) -> &[u8] {
+        // SAFETY: flash, which is always readable, and does not change while this is borrowed.
+        unsafe { &*(PROGRAM as *const [u8; Self::SIZE]) }
+    }
+
+    fn erase(&mut self, page: usize) -> Result<(), SlotError> {
+        self.0.erase(page).map_err(|_| SlotError)
+    }
+
+    fn program(&mut self, place: usize, bytes: &[u8]) -> Result<(), SlotError> {
+        self.0.program(place, bytes).map_err(|_| SlotError)
+    }
+
+    fn crc(&self, parts: &[&[u8]]) -> u32 {
+        crc(parts)
+    }
+}
+
+/// By the CRC unit, which takes a word in four cycles. Its clock is off afterwards, as after a reset.
+pub fn crc(parts: &[&[u8]]) -> u32 {
+    // SAFETY: this is the only code that uses them.
+    let (rcc, unit) = unsafe { (pac::RCC::steal(), pac::CRC::steal()) };
+    rcc.ahbenr().modify(|_, w| w.crcen().set_bit());
+    cortex_m::asm::dsb();
+    unit.cr().write(|w| w.reset().set_bit());
+    for part in parts {
+        for word in part.as_chunks().0 {
+            // SAFETY: all values of the register are valid.
+            unit.dr()
+                .write(|w| unsafe { w.bits(u32::from_le_bytes(*word)) });
+        }
+    }
+    let crc = unit.dr().read().bits();
+    rcc.ahbenr().modify(|_, w| w.crcen().clear_bit());
+    crc
+}
