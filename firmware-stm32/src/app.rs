@@ -7,9 +7,7 @@
 //! The loop sleeps until an interrupt has an event for it, or until the time of `App::wake`: the next sample, or the deadline of
 //! the node if it is earlier. SysTick triggers the alarm, so the resolution of deadlines is one millisecond.
 
-use crate::board::{
-    self, Board, CanPeripheral, Configuration, ImuWires, StatusLeds, Switches, Watchdog,
-};
+use crate::board::{self, Board, CanPeripheral, ImuWires, StatusLeds, Switches, Watchdog};
 use crate::can::mailboxes::Mailboxes;
 use crate::can::{self, Bus, BusEvents};
 use crate::flash::ParameterFlash;
@@ -45,10 +43,8 @@ pub unsafe fn run<N: ProductNode, E: Element>(
         board::start_adc();
     }
     can::set_priorities();
-    // Before the erase of the flash, which takes long. None only on a second call.
-    let Some(configuration) = Configuration::read() else {
-        SCB::sys_reset()
-    };
+    // Before the erase of the flash, which takes long. It also sets the vector table.
+    board::restore();
     let Parts {
         mut watchdog,
         store,
@@ -75,7 +71,7 @@ pub unsafe fn run<N: ProductNode, E: Element>(
     };
     link.start(communication, line);
     // None only on a second call.
-    let Some(bus) = Bus::new(can, configuration) else {
+    let Some(bus) = Bus::new(can) else {
         SCB::sys_reset()
     };
     let mut app = App {

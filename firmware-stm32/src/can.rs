@@ -31,7 +31,7 @@ use filters::Banks;
 use pulses::Pulses;
 
 use crate::bit_timing::btr;
-use crate::board::{self, CanPeripheral, Configuration};
+use crate::board::{self, CanPeripheral};
 use crate::clock;
 use cortex_m::peripheral::NVIC;
 use cortex_m::peripheral::scb::SystemHandler;
@@ -135,8 +135,7 @@ pub struct Bus {
     pulses: Pulses,
     /// The filters of the controller.
     banks: Banks,
-    /// The registers of the board, and the time of the next comparison.
-    configuration: &'static mut Configuration,
+    /// The time of the next comparison.
     inspection: Instant,
     /// The number of comparisons with a difference since the controller took its configuration.
     vain: u32,
@@ -144,10 +143,7 @@ pub struct Bus {
 
 impl Bus {
     /// Takes the controller and keeps it in sleep mode, off the bus. None on a second call.
-    pub fn new(
-        peripheral: CanPeripheral,
-        configuration: &'static mut Configuration,
-    ) -> Option<&'static mut Self> {
+    pub fn new(peripheral: CanPeripheral) -> Option<&'static mut Self> {
         // The change from sleep to initialization mode and back is independent of the bus. A dead controller does not acknowledge it; then
         // the watchdog, which runs since the start of the boot, ends the wait.
         let can = bxcan::Can::builder(Controller(peripheral)).leave_disabled();
@@ -160,7 +156,6 @@ impl Bus {
             overruns: 0,
             pulses: Pulses::NONE,
             banks: Banks::NONE,
-            configuration,
             inspection: clock::now(),
             vain: 0,
         })

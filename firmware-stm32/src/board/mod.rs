@@ -11,7 +11,7 @@ use plumbline::store::crc32;
 mod registers;
 mod watchdog;
 
-pub use registers::Configuration;
+pub use registers::restore;
 pub use watchdog::Watchdog;
 
 #[cfg(feature = "stm32f103")]

@@ -29,11 +29,19 @@ use plumbline::node::Leds;
 
 /// The SPI of the accelerometer, its address, and the clock of its bus in Hz.
 pub(super) type Spi = pac::SPI2;
-pub(super) const SPI_ADDRESS: usize = 0x4000_3800;
+pub(super) const SPI_ADDRESS: u32 = 0x4000_3800;
 pub(super) const SPI_BUS_CLOCK: u32 = APB1_CLOCK;
 
 /// The direction of the resistor at the output of the accelerometer.
-pub(super) const SPI_PULL: Register = Register::new(0x4001_0C0C, 1 << 14);
+pub(super) const SPI_PULL: Register = Register::new(0x4001_0C0C, 1 << 14, 1 << 14);
+
+/// The bits of its clock in RCC_APB1ENR and RCC_APB2ENR, and SPI_CR1: SPE, SSI, SSM, MSTR, a division by 16.
+pub(super) const APB1_PERIPHERALS: u32 = 1 << 14;
+pub(super) const APB2_PERIPHERALS: u32 = 0;
+pub(super) const SPI_CONTROL: u32 = 0x35C;
+
+/// The modes of the pins: GPIOA_CRL, GPIOB_CRH without TXD, GPIOC_CRL, GPIOC_CRH.
+pub(super) const PORTS: [u32; 4] = [0x4424_4444, 0x9891_4208, 0x2244_4440, 0x4444_4444];
 
 /// The parameter memory: the last two pages of the flash.
 pub(super) const PARAMETERS: usize = 0x0801_F800;

@@ -134,6 +134,8 @@ impl Board {
         let gpiob = device.GPIOB.split(&mut rcc);
         let gpioc = device.GPIOC.split(&mut rcc);
 
+        // The divider of the supply.
+        gpioc.pc0.into_analog();
         let mut leds = StatusLeds {
             run: gpioa.pa5.into_push_pull_output_in_state(PinState::Low),
             error: gpiob.pb10.into_push_pull_output_in_state(PinState::Low),

@@ -23,7 +23,7 @@ pub use flash::Flash;
 
 use super::{
     Board, HEATER_PERIOD_US, SPI_BUS_CLOCK, SPI_CLOCK_HZ, Spi, StatusLeds, Watchdog, connect_spi,
-    log_silicon, note_reset, select_imu, set_own_pins, start_oscillator,
+    connect_supply, log_silicon, note_reset, select_imu, set_own_pins, start_oscillator,
 };
 use crate::flash::ParameterFlash;
 use crate::imu::{SpiError, Wires};
@@ -189,7 +189,7 @@ fn start_pll(rcc: &pac::RCC, flash: &pac::FLASH) {
     flash.acr().write(|w| w.prftbe().set_bit().latency().ws2());
     rcc.cfgr().write(|w| {
         w.pllsrc().hse_div_prediv().pllmul().mul8();
-        w.ppre1().div2()
+        w.ppre1().div2().adcpre().div6()
     });
     rcc.cr()
         .modify(|_, w| w.pllon().set_bit().csson().set_bit());
@@ -221,6 +221,7 @@ fn set_pins(afio: &pac::AFIO, a: &Port, b: &Port, c: &Port) {
         w.mode9().output50().cnf9().push_pull()
     });
     set_own_pins(a, b, c);
+    connect_supply();
 }
 
 /// Starts the PWM of the heater with duty 0, then connects its pin.

@@ -8,10 +8,10 @@ const RELOAD: u16 = 0xAAAA;
 const START: u16 = 0xCCCC;
 
 /// IWDG_PR: a division by 32.
-const PRESCALER: u16 = 0b011;
+pub(super) const PRESCALER: u16 = 0b011;
 
 /// IWDG_RLR: a period has one count more.
-const COUNTS: u32 = WATCHDOG_PERIOD_MS * LSI_KHZ / 32 - 1;
+pub(super) const COUNTS: u32 = WATCHDOG_PERIOD_MS * LSI_KHZ / 32 - 1;
 const _: () = assert!(COUNTS < 1 << 12);
 
 /// Reads of IWDG_SR until the wait for the update ends, at one cycle each: 10 ms. The update takes five cycles of LSI.
@@ -52,4 +52,10 @@ impl Watchdog {
         // SAFETY: the callers write the keys of the manual.
         unsafe { self.0.kr().write(|w| w.bits(key)) };
     }
+}
+
+/// Permits a write of IWDG_PR and IWDG_RLR.
+pub(super) fn permit() {
+    // SAFETY: the key has no other effect.
+    unsafe { pac::IWDG::steal().kr().write(|w| w.bits(ACCESS)) };
 }

@@ -1,5 +1,5 @@
 //! A disturbance can change a configuration register. Then the sensor could stop sending although its program runs. So the firmware
-//! compares the configuration ten times a second with the values of the boot, and restores it or restarts.
+//! compares the configuration ten times a second with the right values, and restores it or restarts.
 
 use super::{Bus, Change, transmit, unmask_interrupts};
 use crate::board;
@@ -30,7 +30,7 @@ impl Bus {
             return;
         }
         self.inspection = after(now, PERIOD);
-        let restored = self.configuration.restore();
+        let restored = board::restore();
         unmask_interrupts();
         board::set_up_debugging();
         let Some(settings) = self.settings else {

@@ -107,9 +107,13 @@ fn unused() -> Vec<(Range<u32>, u32)> {
             (0x4001_0008..0x4001_0018, !0),
             // PWR_CR: modes of the processor's sleep, the backup domain.
             (0x4000_7000..0x4000_7004, !0xF0),
-            // RCC: the clock of TIM4; LSION, because the watchdog keeps LSI on.
+            // RCC: HSEBYP, with which HSE goes on or causes an NMI; the clocks of ADC1 and TIM4; LSION, because the watchdog keeps LSI on.
+            (0x4002_1000..0x4002_1004, 1 << 18),
+            (0x4002_1018..0x4002_101C, 1 << 9),
             (0x4002_101C..0x4002_1020, 1 << 2),
             (0x4002_1024..0x4002_1028, 1),
+            // FLASH_ACR.PRFTBE: the processor is slower.
+            (0x4002_2000..0x4002_2004, 1 << 4),
         ],
         Chip::F446 => vec![
             // CAN: the filter banks of CAN2.
@@ -119,6 +123,8 @@ fn unused() -> Vec<(Range<u32>, u32)> {
             (0x4002_0808..0x4002_080C, !0),
             (0x4002_0820..0x4002_0828, !0),
             // RCC as on the STM32F103, and the clocks of other peripherals than the timers.
+            (0x4002_3800..0x4002_3804, 1 << 18),
+            (0x4002_3844..0x4002_3848, 1 << 8),
             (0x4002_3840..0x4002_3844, 1 << 2),
             (0x4002_3874..0x4002_3878, 1),
             (0x4002_388C..0x4002_3890, !(1 << 24)),
@@ -378,6 +384,35 @@ pub fn disturbed_pll_in_the_boot_restarts_the_sensor() {
     recover(&mut rig, address, bit, before, true).expect("restored");
     assert_eq!(rig.device().boots(), 2);
     std::mem::forget(rig);
+}
+
+/// The firmware compares with constants, so what the boot finds does not count.
+#[test]
+pub fn bits_disturbed_in_the_boot_are_restored() {
+    // RCC_CFGR. IWDG_RLR: the time of the watchdog. AFIO_MAPR: the pins of CAN. GPIOB_CRL: the mode of PB1. GPIOB_OTYPER: PB10.
+    // GPIOB_OSPEEDR: PB3.
+    let (clocks, bits) = match chip() {
+        Chip::F103 => (0x4002_1004, [(0x4001_0004, 14), (0x4001_0C00, 4)]),
+        Chip::F446 => (0x4002_3808, [(0x4002_0404, 10), (0x4002_0408, 6)]),
+    };
+    let bits = bits.into_iter().chain([(0x4000_3008, 0)]);
+    let rate = BitRate::M1;
+    let mut expected = running();
+    for (address, bit) in bits {
+        let mut rig = Rig::with("is2tk", BusRate::Fixed(rate), fixed("is2tk", rate));
+        rig.io().0.be_lenient();
+        // SWS: the PLL runs.
+        while rig.microcontroller_mut().configured(clocks).unwrap_or(0) & 0b1000 == 0 {
+            rig.run_us(1);
+        }
+        invert(&mut rig, address, bit).expect("a register");
+        rig.boot_up();
+        let value = |rig: &mut Rig| rig.microcontroller_mut().configured(address);
+        let value = [&mut rig, &mut expected].map(value);
+        assert_eq!(value[0], value[1], "{address:#x}, bit {bit}");
+        std::mem::forget(rig);
+    }
+    std::mem::forget(expected);
 }
 
 /// With a wrong bit rate, a sensor can go bus-off before the comparison. Its parameter forbids the recovery from a bus-off with another cause.

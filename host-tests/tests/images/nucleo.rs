@@ -37,6 +37,8 @@ also! {
     detection:
         each_of_the_ten_rates_is_detected_without_disturbing_the_bus;
     disturbed:
+        bits_disturbed_in_the_boot_are_restored,
+        disturbed_bits_of_a_can_controller_that_joins_the_bus_are_restored,
         disturbed_bits_of_clocks_pins_and_timers_are_restored,
         disturbed_bits_of_the_processor_are_restored,
         disturbed_bits_of_the_can_controller_are_restored,

@@ -20,6 +20,10 @@ also! {
         sensor_without_a_crystal_shows_the_error_led_and_stays_off_the_bus,
         crystal_that_starts_after_a_second_is_used;
     disturbed:
+        bits_disturbed_in_the_boot_are_restored,
+        disturbed_bits_of_a_can_controller_that_joins_the_bus_are_restored,
+        disturbed_bits_of_the_can_controller_are_restored,
+        disturbed_pll_in_the_boot_restarts_the_sensor,
         disturbed_bits_of_clocks_pins_and_timers_are_restored,
         disturbed_bits_of_the_processor_are_restored,
         accelerometer_measures_again_after_each_disturbed_bit_of_its_spi,

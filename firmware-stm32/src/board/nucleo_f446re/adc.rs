@@ -5,18 +5,16 @@ use crate::board::{delay, pac, supply_millivolts};
 /// Starts the converter at the divider of the supply: 16 MHz (36 MHz at most), with a sampling time of 30 us for PC0.
 pub fn start_adc() {
     // SAFETY: the main loop is the only code that uses these registers.
-    let (rcc, adc, common, port_c) = unsafe {
+    let (rcc, adc, common) = unsafe {
         (
             pac::RCC::steal(),
             pac::ADC1::steal(),
             pac::ADC_COMMON::steal(),
-            pac::GPIOC::steal(),
         )
     };
     rcc.apb2enr().modify(|_, w| w.adc1en().set_bit());
     // The clock runs after this write.
     cortex_m::asm::dsb();
-    port_c.moder().modify(|_, w| w.moder0().analog());
     // Off: a disturbance can have changed what the next writes do not.
     adc.cr2().reset();
     adc.cr1().reset();

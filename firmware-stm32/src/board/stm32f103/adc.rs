@@ -1,6 +1,6 @@
 //! The converter that measures the supply.
 
-use crate::board::{SUPPLY_CHANNEL, connect_supply, delay, pac, supply_millivolts};
+use crate::board::{SUPPLY_CHANNEL, delay, pac, supply_millivolts};
 
 /// Sampling times of 239.5 cycles.
 const LONGEST: u32 = 0x3FFF_FFFF;
@@ -9,11 +9,9 @@ const LONGEST: u32 = 0x3FFF_FFFF;
 pub fn start_adc() {
     // SAFETY: the main loop is the only code that uses these registers.
     let (rcc, adc) = unsafe { (pac::RCC::steal(), pac::ADC1::steal()) };
-    rcc.cfgr().modify(|_, w| w.adcpre().div6());
     rcc.apb2enr().modify(|_, w| w.adc1en().set_bit());
     // The clock runs after this write.
     cortex_m::asm::dsb();
-    connect_supply();
     // Off: otherwise a disturbed converter would start again with a conversion.
     adc.cr2().reset();
     adc.cr1().reset();
