@@ -45,7 +45,6 @@ pub fn restore() {
 }
 
 /// Counts a millisecond. Returns true if the time of the alarm has come.
-#[inline(always)] // measured: a call in the interrupt would delay answers
 fn add_millisecond() -> bool {
     critical_section::with(|cs| {
         let ticked = TICKED.borrow(cs);

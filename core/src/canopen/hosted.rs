@@ -15,7 +15,6 @@ use crate::time::{Deadline, Instant};
 
 impl<P: Product> Canopen<P> {
     /// Whether another protocol is on the bus.
-    #[inline(always)] // measured: without it, the slowest answer of the IMS360 takes longer
     pub fn is_hosted(&self) -> bool {
         self.services.is_hosted()
     }
@@ -121,7 +120,6 @@ impl<P: Product> Canopen<P> {
 
 impl<P: Product> Services<P> {
     /// Whether another protocol is on the bus.
-    #[inline(always)] // a part of the function above
     pub(super) fn is_hosted(&self) -> bool {
         P::HOSTED.is_some() && self.is_hosted
     }

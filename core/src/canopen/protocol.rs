@@ -420,7 +420,6 @@ impl<P: Product> Services<P> {
 }
 
 /// Queues a reply of the SDO server with this identifier, if there is one.
-#[inline(always)] // measured: without it, the slowest answer of the IMS360 takes longer than 22 us
 pub(super) fn send_reply<A: Application>(cx: &mut Context<A>, id: CanId, reply: Option<[u8; 8]>) {
     if let Some(bytes) = reply {
         cx.shell.send(Frame::word(id, u64::from_le_bytes(bytes), 8));

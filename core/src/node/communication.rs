@@ -172,7 +172,6 @@ impl<A: Application, P: Protocol<A>> Communication<A, P> {
         }
     }
 
-    #[inline(always)] // measured: without it, the slowest answer of the IMS360 takes longer
     fn take_over(&mut self, now: Instant) {
         if A::HAS_OUTPUTS
             && !self
