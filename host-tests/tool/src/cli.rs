@@ -266,6 +266,14 @@ pub enum Command {
         #[arg(last = true, value_name = "COMMAND", requires = "calibrate")]
         log: Vec<String>,
     },
+    /// Make the image file of an update from the ELF file of a program that is built behind a bootloader
+    Image {
+        /// The ELF file
+        elf: PathBuf,
+        /// The image file
+        #[arg(long, short, value_name = "FILE")]
+        output: PathBuf,
+    },
     /// List the ports of this computer
     Ports,
     /// Print the completions for a shell
@@ -307,6 +315,7 @@ fn unused(command: &str) -> &'static [&'static str] {
     match command {
         "completions" | "man" | "help" => &ALL,
         "ports" => &ALL[1..],
+        "image" => &ALL[2..],
         "calibrate" => &[
             "config", "port", "rate", "id", "node", "mac", "address", "eds",
         ],

@@ -31,6 +31,7 @@ pub mod cyclic;
 pub mod eds;
 pub mod error;
 pub mod identify;
+pub mod image;
 pub mod known;
 pub mod labels;
 pub mod last;

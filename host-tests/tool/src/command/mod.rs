@@ -4,6 +4,7 @@ pub mod calibrate;
 mod file;
 mod help;
 pub mod identity;
+mod image;
 mod parameters;
 mod place;
 mod ports;
@@ -50,6 +51,7 @@ pub fn run_with(cli: &Cli, terminal: &mut Terminal, connect: Connect) -> Result<
     let options = &cli.options;
     match &cli.command {
         Command::Ports => return ports::list(terminal),
+        Command::Image { elf, output } => return image::make(elf, output, terminal),
         Command::Completions { shell } => return help::completions(*shell, terminal),
         Command::Man { command, out } => {
             return help::man(command.as_deref(), out.as_deref(), terminal);
@@ -276,6 +278,7 @@ fn on_bus(cli: &Cli, bus: &mut Bus, terminal: &mut Terminal) -> Result<(), Error
             })
         }
         Command::Calibrate { .. }
+        | Command::Image { .. }
         | Command::Ports
         | Command::Completions { .. }
         | Command::Man { .. }

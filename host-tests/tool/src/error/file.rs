@@ -40,6 +40,9 @@ errors! {
         IdentityUnread(path: String, reason: String): Bus "no-file" = "cannot read {path} ({reason}): --from takes an EDS, a DCF or a sheet of values",
             "{path} lässt sich nicht lesen ({reason}): --from nimmt eine EDS, eine DCF oder ein Blatt mit Werten";
         Identity(path: String, why: Fault): Usage "bad-file" = "{path}: {why}; nothing was written", "{path}: {why}; nichts wurde geschrieben";
+        ProgramUnread(path: String, reason: String): Bus "no-file" = "cannot read {path} ({reason}): it must be the ELF file of a program",
+            "{path} lässt sich nicht lesen ({reason}): Es muss die ELF-Datei eines Programms sein";
+        Program(path: String, why: Fault): Usage "bad-file" = "{path} is not a program for an update: {why}", "{path} ist kein Programm für ein Update: {why}";
         LabelsUnread(path: String, reason: String): Bus "no-file" = "cannot read the names in {path} ({reason}): repair or delete it",
             "die Namen in {path} lassen sich nicht lesen ({reason}): Reparieren oder löschen Sie die Datei";
         NoTable(maker: String): Bus "no-file" = "the file of the names has no table {maker}: repair or delete it",
@@ -59,6 +62,12 @@ texts! {
         TooLong = "it is too long", "sie ist zu lang";
         NoText = "it is not a text in UTF-8 or UTF-16", "sie ist kein Text in UTF-8 oder UTF-16";
         LongerThan1MiB = "it is longer than 1 MiB", "sie ist länger als 1 MiB";
+        NoElf(reason: String) = "it is not an ELF file of 32 bits, or it is damaged ({reason})", "sie ist keine ELF-Datei mit 32 Bit, oder sie ist beschädigt ({reason})";
+        OtherMachine = "it is for another processor, not for ARM", "sie ist für einen anderen Prozessor, nicht für ARM";
+        NoFirmware = "it does not name its board and its product: it is no firmware of Plumbline", "sie nennt ihre Platine und ihr Produkt nicht: Sie ist keine Firmware von Plumbline";
+        NoBootloader(board: String) = "it is for the board {board}, which has no bootloader", "sie ist für die Platine {board}, die keinen Bootloader hat";
+        NotBehindBootloader = "it is not built with --features behind-bootloader", "sie ist nicht mit --features behind-bootloader gebaut";
+        TooLargeForSlot(size: usize) = "it is larger than the {size} bytes behind the bootloader", "sie ist größer als die {size} Bytes hinter dem Bootloader";
         NoSection(name: String) = "it has no section [{name}]", "sie hat keinen Abschnitt [{name}]";
         NoProduct = "it names no product", "sie nennt kein Produkt";
         Product(error: Box<Error>) = "{error}; a device with a data sheet needs --eds", "{error}; für ein Gerät mit Datenblatt öffnen Sie zuerst das Datenblatt (EDS)";

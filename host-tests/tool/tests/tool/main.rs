@@ -5,11 +5,13 @@
 //! - [`page_modules`]: the modules of the page, in node
 //! - [`browser`]: what only a browser can show
 //! - [`image`]: the commands against images on the simulated microcontroller
+//! - [`image_file`]: image files of updates
 //! - [`process`]: the program as a process
 
 mod browser;
 mod bus;
 mod image;
+mod image_file;
 mod page_modules;
 mod process;
 mod serve;

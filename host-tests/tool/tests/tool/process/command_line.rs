@@ -1,6 +1,7 @@
 //! The command line: its help, its errors, and the examples of the document.
 
 use super::sensor::{no_config, plumbline};
+use crate::image_file::program_for_an_update;
 use clap::CommandFactory;
 use plumbline_tool::cli::Cli;
 use serde_json::Value;
@@ -145,7 +146,7 @@ fn port_without_a_target_names_the_form() {
 }
 
 /// A command line of every command: the port, the words, and the exit code if it is not 0.
-const ALL: [(&str, &str, i32); 27] = [
+const ALL: [(&str, &str, i32); 28] = [
     ("demo:jn2101", "scan", 0),
     ("demo:is2", "parameters", 0),
     ("demo:is2", "get", 0),
@@ -172,6 +173,7 @@ const ALL: [(&str, &str, i32); 27] = [
     ("demo:is2", "calibrate sides.csv", 0),
     ("demo:is2", "identity", 0),
     ("demo:is2", "serve --demo --listen 127.0.0.1:0", 0),
+    ("", "image is2.elf -o new.plu", 0),
     ("demo:is2", "ports", 0),
     ("demo:is2", "completions bash", 0),
 ];
@@ -192,6 +194,7 @@ fn every_command_ends_quietly_if_nobody_reads_its_output() {
     assert!(plumbline("demo:is2", &set).status.success());
     let sides = "up,ax_g,ay_g,az_g,temp_c\n+x,1,0,0,25\n-x,-1,0,0,25\n+y,0,1,0,25\n-y,0,-1,0,25\n+z,0,0,1,25\n-z,0,0,-1,25\n";
     std::fs::write(folder.join("sides.csv"), sides).expect("a file");
+    std::fs::copy(program_for_an_update(), folder.join("is2.elf")).expect("a file");
     let others = [("", "man", 0), ("", "--help", 0), ("", "get --help", 0)];
     for (port, words, code) in ALL.into_iter().chain(others) {
         // The pipe is closed before the program starts.
@@ -303,6 +306,7 @@ fn every_command_line_of_the_document_works() {
         let text = descriptors::describe(product).text;
         std::fs::write(folder.join(file), text).expect("a file");
     }
+    std::fs::copy(program_for_an_update(), folder.join("is2.elf")).expect("a file");
     for line in documented() {
         // A search of all identifiers takes 41 s; the server of the page runs until it is stopped.
         if line.contains("--search") || line.contains("serve") {

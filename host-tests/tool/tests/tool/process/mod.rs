@@ -7,7 +7,7 @@ mod exchange;
 #[cfg(target_os = "linux")]
 mod pcan;
 mod questions;
-mod sensor;
+pub mod sensor;
 
 use bench::BusRate;
 use plumbline::can::BitRate;

@@ -1,0 +1,113 @@
+//! Makes the image file of an update from the ELF file of a program behind a bootloader ([`plumbline::update::header`]).
+
+use crate::error::Fault;
+use object::elf::{EM_ARM, FileHeader32, PT_LOAD};
+use object::read::elf::{ElfFile32, FileHeader, ProgramHeader};
+use object::{Endianness, Object, ObjectSection};
+use plumbline::model::catalog::PRODUCTS;
+use plumbline::update::header::{PAGE, PLACE, SIZE};
+use plumbline::update::{About, Contents, Header};
+
+/// A board with a bootloader.
+struct Board {
+    name: &'static str,
+    /// Its number in a header.
+    number: u16,
+    /// The layout of its memory in a header.
+    layout: u8,
+    /// The address of the program.
+    start: u32,
+    /// The size of the slot in bytes.
+    size: usize,
+}
+
+/// The boards with a bootloader.
+const BOARDS: [Board; 1] = [Board {
+    name: "bluepill",
+    number: 1,
+    layout: 1,
+    start: 0x0800_2000,
+    size: 53 * 1024,
+}];
+
+/// An image file and what it is for.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct ImageFile {
+    /// The header.
+    pub header: Header,
+    /// The name of the board.
+    pub board: &'static str,
+    /// Header and body.
+    pub bytes: Vec<u8>,
+}
+
+impl ImageFile {
+    /// The image file of a program.
+    ///
+    /// # Errors
+    /// The file is not an ELF file of a program behind a bootloader.
+    pub fn of(elf: &[u8]) -> Result<Self, Fault> {
+        let told = |error: object::Error| Fault::NoElf(error.to_string());
+        let header = FileHeader32::<Endianness>::parse(elf).map_err(told)?;
+        let endian = header.endian().map_err(told)?;
+        if header.e_machine(endian) != EM_ARM {
+            return Err(Fault::OtherMachine);
+        }
+        let file: ElfFile32 = ElfFile32::parse(elf).map_err(told)?;
+        let section = |name| file.section_by_name(name).and_then(|it| it.data().ok());
+        let name = String::from_utf8_lossy(section(".plumbline.board").ok_or(Fault::NoFirmware)?);
+        let board = BOARDS.iter().find(|board| board.name == name);
+        let board = board.ok_or_else(|| Fault::NoBootloader(name.into_owned()))?;
+        let about = section(".plumbline.program").and_then(About::parse);
+        let about = about.ok_or(Fault::NoFirmware)?;
+        let mut body = Vec::new();
+        for part in header.program_headers(endian, elf).map_err(told)? {
+            let data = part.data(endian, elf).map_err(|()| Fault::NoFirmware)?;
+            if part.p_type(endian) != PT_LOAD || data.is_empty() {
+                continue;
+            }
+            let place = part.p_paddr(endian).checked_sub(board.start);
+            let place = place.ok_or(Fault::NotBehindBootloader)? as usize;
+            let end = place + data.len();
+            if end > board.size {
+                return Err(Fault::TooLargeForSlot(board.size));
+            }
+            body.resize(body.len().max(end.next_multiple_of(4)), 0xFF);
+            body[place..end].copy_from_slice(data);
+        }
+        let is_free = |header: &[u8]| header.iter().all(|byte| *byte == 0xFF);
+        if body.len() < PAGE || !is_free(&body[PLACE..PLACE + SIZE]) {
+            return Err(Fault::NotBehindBootloader);
+        }
+        let contents = Contents {
+            product: about.product(),
+            board: board.number,
+            layout: board.layout,
+            key: 0,
+            version: about.version(),
+            hash: [0; 32],
+        };
+        let header = Header::new(&contents, &body).ok_or(Fault::NotBehindBootloader)?;
+        let bytes = [header.bytes(), &body[..]].concat();
+        let board = board.name;
+        Ok(Self {
+            header,
+            board,
+            bytes,
+        })
+    }
+
+    /// The product: its name, or its number if it is not in the catalogue.
+    pub fn product(&self) -> String {
+        let number = self.header.product();
+        let mut products = PRODUCTS.iter();
+        let known = products.find(|product| product.image.number() == number);
+        known.map_or_else(|| number.to_string(), |product| product.name.to_owned())
+    }
+
+    /// The version, for example `1.2.3`.
+    pub fn version(&self) -> String {
+        let [patch, minor, a, b] = self.header.version().to_le_bytes();
+        format!("{}.{minor}.{patch}", u16::from_le_bytes([a, b]))
+    }
+}
