@@ -209,9 +209,17 @@ pub enum Command {
     Log {
         /// The file; - is standard output
         file: PathBuf,
+        /// Say behind each frame what it is
+        #[arg(long)]
+        decode: bool,
         /// End after this time
         #[arg(long, value_name = "S", allow_negative_numbers = true)]
         seconds: Option<f64>,
+    },
+    /// Say what the frames in a log are: product, message, values with their units
+    Decode {
+        /// The log, as `log` and `candump -L` write it; - is standard input
+        file: PathBuf,
     },
     /// Calibrate a sensor of this project: guides through six positions with the log of the board, then computes the calibration
     Calibrate {
@@ -319,7 +327,10 @@ fn unused(command: &str) -> &'static [&'static str] {
         "calibrate" => &[
             "config", "port", "rate", "id", "node", "mac", "address", "eds",
         ],
-        "log" => &["config", "id", "node", "mac", "address", "product", "eds"],
+        "decode" => &[
+            "yes", "config", "port", "rate", "id", "node", "mac", "address",
+        ],
+        "log" => &["config", "id", "node", "mac", "address"],
         "scan" => &["id", "node", "mac", "address", "product", "eds"],
         "node-id" => &["id", "mac", "address", "eds"],
         "mac" => &["id", "node", "address", "eds"],

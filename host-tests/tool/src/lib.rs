@@ -10,6 +10,7 @@
 //! - [`identify`], [`connect`], [`session`]: which product answers, and a session with it
 //! - [`backup`], [`plan`]: the file with the settings, and the order in which they are written
 //! - [`sample`], [`cyclic`]: samples of the angles, polled or sent by the sensor
+//! - [`decode`]: what the frames of a log mean
 //! - [`calibrate`]: the log of a board, and when a sensor is at rest
 //! - [`labels`]: the names that the user gives to sensors
 //! - [`scan`]: finds sensors with unknown bit rate, protocol and address
@@ -28,6 +29,7 @@ pub mod cli;
 pub mod command;
 pub mod connect;
 pub mod cyclic;
+pub mod decode;
 pub mod eds;
 pub mod error;
 pub mod identify;

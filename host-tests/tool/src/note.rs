@@ -44,6 +44,8 @@ texts! {
             "der Adapter hat {count} Zeilen gesendet, die kein slcan sind, die erste ist {first:?}: Frames fehlen. Prüfen Sie seine Firmware und die Einstellungen seines Anschlusses";
         LostFrames(count: u64) = "the adapter has lost at least {count} frames: stop other programs, or use an adapter with a larger queue",
             "der Adapter hat mindestens {count} Frames verloren: Beenden Sie andere Programme, oder verwenden Sie einen Adapter mit größerem Puffer";
+        OtherLines(count: u64) = "{count} lines of the log have no frame of classical CAN and are left out",
+            "{count} Zeilen des Protokolls haben keinen Frame von klassischem CAN und sind weggelassen";
         NoAdapter = "this computer has no adapter that plumbline can use: plug one in, or try demo:is2",
             "dieser Computer hat keinen Adapter für plumbline: Stecken Sie einen an, oder versuchen Sie demo:is2";
         EntriesNotShown(count: usize) = "{count} entries of the data sheet have types that plumbline does not show, or no object that they belong to",

@@ -5,6 +5,7 @@ mod file;
 mod help;
 pub mod identity;
 mod image;
+mod log;
 mod parameters;
 mod place;
 mod ports;
@@ -52,6 +53,7 @@ pub fn run_with(cli: &Cli, terminal: &mut Terminal, connect: Connect) -> Result<
     match &cli.command {
         Command::Ports => return ports::list(terminal),
         Command::Image { elf, output } => return image::make(elf, output, terminal),
+        Command::Decode { file } => return log::decode(file, options, terminal),
         Command::Completions { shell } => return help::completions(*shell, terminal),
         Command::Man { command, out } => {
             return help::man(command.as_deref(), out.as_deref(), terminal);
@@ -260,12 +262,24 @@ fn on_bus(cli: &Cli, bus: &mut Bus, terminal: &mut Terminal) -> Result<(), Error
                 record::record(session, sampler, file, pace, terminal)
             })
         }
-        Command::Log { file, seconds } => {
+        Command::Log {
+            file,
+            decode,
+            seconds,
+        } => {
             let seconds = watch::checked(*seconds)?;
+            let decoder = decode.then(|| log::decoder(options)).transpose()?;
             if file.as_path() != Path::new("-") {
                 replaced(file, terminal)?;
             }
-            watch::log(bus.adapter()?, options.rate, file, seconds, terminal)
+            log::log(
+                bus.adapter()?,
+                options.rate,
+                file,
+                seconds,
+                decoder,
+                terminal,
+            )
         }
         Command::Identity { output, store, .. } => {
             let into = identity::Into {
@@ -280,6 +294,7 @@ fn on_bus(cli: &Cli, bus: &mut Bus, terminal: &mut Terminal) -> Result<(), Error
         Command::Calibrate { .. }
         | Command::Image { .. }
         | Command::Ports
+        | Command::Decode { .. }
         | Command::Completions { .. }
         | Command::Man { .. }
         | Command::Serve { .. } => Ok(()),

@@ -1,34 +1,20 @@
-//! `watch` and `log`, and the samples of `record`.
+//! `watch`, and the samples of `record`.
 
-use crate::adapter::{Adapter, Mode};
-use crate::connect;
 use crate::cyclic::Cyclic;
-use crate::error::{AdapterError, Error, FileError, RequestError, Silence};
-use crate::link::Link;
+use crate::error::{Error, FileError, RequestError, Silence};
 use crate::note::Note;
 use crate::ops::set;
-use crate::output::{Terminal, closed};
+use crate::output::Terminal;
 use crate::resolve;
 use crate::sample::{Sample, Sampler};
 use crate::session::Session;
-use can_wire::text::log_line;
-use plumbline::can::BitRate;
 use plumbline::param::DataType;
 use plumbline::time::{Duration, after, millis};
-use serde_json::json;
-use std::fs::File;
-use std::io::{self, BufWriter, Write};
+use std::io;
 use std::path::Path;
-use std::time::{self, SystemTime, UNIX_EPOCH};
-
-/// The longest wait without a check for Ctrl-C.
-const SLICE: Duration = millis(50);
 
 /// The time without an answer after which the user is told.
 const SILENT: Duration = millis(1000);
-
-/// The name of the interface in a log.
-const INTERFACE: &str = "can0";
 
 /// The time of `--seconds`.
 ///
@@ -232,79 +218,4 @@ pub(super) fn summarize(
 
 pub(super) fn unwritten(path: &Path, error: &io::Error) -> Error {
     FileError::OutputUnwritten(path.display().to_string(), error.to_string()).into()
-}
-
-/// Writes all frames on the bus; only listens.
-pub(super) fn log(
-    adapter: Box<dyn Adapter>,
-    rate: Option<BitRate>,
-    path: &Path,
-    seconds: Option<Duration>,
-    terminal: &mut Terminal,
-) -> Result<(), Error> {
-    let mut link = Link::new(adapter, &terminal.stopped);
-    let rate = match rate {
-        None if link.adapter().capabilities().needs_rate => {
-            let heard = connect::traffic(&mut link, terminal);
-            let heard = heard.map_err(|failure| only_listens(&mut link, failure))?;
-            let heard = heard.ok_or(Silence::Traffic)?;
-            heard.rate
-        }
-        rate => rate,
-    };
-    let opened = link.open(rate, Mode::Listen);
-    opened.map_err(|failure| only_listens(&mut link, failure))?;
-    let start = link.now();
-    let epoch = SystemTime::now()
-        .duration_since(UNIX_EPOCH)
-        .unwrap_or_default();
-    let is_output = path == Path::new("-");
-    let mut file = match is_output {
-        true => None,
-        false => Some(BufWriter::new(
-            File::create(path).map_err(|error| unwritten(path, &error))?,
-        )),
-    };
-    let end = seconds.map(|seconds| after(start, seconds));
-    let mut count = 0_u64;
-    while !(terminal.stopped)() {
-        let until = after(link.now(), SLICE);
-        let until = end.map_or(until, |end| until.min(end));
-        if let Some((at, frame)) = link.receive(until)? {
-            let passed = Duration::from_ticks(at.ticks().saturating_sub(start.ticks()));
-            let time = epoch + time::Duration::from_micros(passed.ticks());
-            let text = log_line(time, INTERFACE, &frame);
-            count += 1;
-            match &mut file {
-                Some(file) => {
-                    writeln!(file, "{text}").map_err(|error| unwritten(path, &error))?;
-                }
-                None => writeln!(terminal.out, "{text}").map_err(closed)?,
-            }
-        }
-        if end.is_some_and(|end| link.now() >= end) {
-            break;
-        }
-    }
-    let lost = link.adapter().overruns();
-    link.close();
-    if let Some(mut file) = file {
-        file.flush().map_err(|error| unwritten(path, &error))?;
-        terminal.line(format!("{count} frames are in {}", path.display()))?;
-        let file = path.display().to_string();
-        terminal.document(&json!({"file": file, "frames": count, "lost": lost}))?;
-    }
-    if let Some(lost @ 1..) = lost {
-        terminal.note(&Note::LostFrames(lost));
-    }
-    Ok(())
-}
-
-/// The next step if an adapter cannot listen. An interface of Linux says itself what to type.
-fn only_listens(link: &mut Link, failure: Error) -> Error {
-    let sets_rate = link.adapter().capabilities().sets_rate;
-    match failure.lacks_listen_only() && sets_rate {
-        true => AdapterError::LogListens.into(),
-        false => failure,
-    }
 }

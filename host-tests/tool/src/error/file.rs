@@ -24,6 +24,10 @@ errors! {
         Store(why: String): Bus "no-file" = "{why}", "die Speicherdatei: {why}";
         Closed(reason: String): Bus "output-closed" = "cannot write the output: {reason}", "die Ausgabe lässt sich nicht schreiben: {reason}";
         NoOutput(reason: String): Bus "no-output" = "cannot write the output: {reason}", "die Ausgabe lässt sich nicht schreiben: {reason}";
+        LogUnread(path: String, reason: String): Bus "no-file" = "cannot read {path} ({reason}): `plumbline log` writes such a file",
+            "{path} lässt sich nicht lesen ({reason}): `plumbline log` schreibt eine solche Datei";
+        NoLog(path: String): Usage "bad-file" = "{path} has no line of `candump -L`, for example (0.125000) can0 18A#0102",
+            "{path} hat keine Zeile von `candump -L`, zum Beispiel (0.125000) can0 18A#0102";
         Dcf(path: String): Usage "bad-file" = "{path} is the name of the DCF: give the backup another name, for example crane.toml",
             "{path} ist der Name der DCF: Geben Sie der Sicherung einen anderen Namen, zum Beispiel kran.toml";
         Exists(path: String): Usage "file-exists" = "{path} exists already: choose another name, or replace it with --yes=overwrite",

@@ -16,6 +16,7 @@ pub use options::Addresses;
 pub use roles::{Codes, Roles, Storing, factory_rate, factory_target, factory_targets};
 
 use crate::cyclic::{Source, Started};
+use crate::decode::{Decoder, Known};
 use crate::error::{Error, RequestError};
 use crate::identify::Found;
 use crate::link::Link;
@@ -66,6 +67,8 @@ pub struct Protocol {
     pub(crate) told: Option<Told>,
     /// Finds a node without an address. The frames are those that were heard before.
     pub(crate) unaddressed: Option<Unaddressed>,
+    /// What the messages of these products mean.
+    pub(crate) decoder: fn(Known) -> Box<dyn Decoder>,
 }
 
 type Told = fn(&mut Link) -> Result<Vec<Target>, Error>;

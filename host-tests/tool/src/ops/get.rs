@@ -69,7 +69,7 @@ pub fn shown(entry: &Entry, scale: Scale, raw: u32) -> Shown {
 
 /// A text of a device. A terminal executes control characters, so a text with them is shown with their codes. A serial number of digits is a
 /// number in the document, as that of the devices that report it as one.
-fn shown_text(name: &str, bytes: &[u8]) -> Shown {
+pub(crate) fn shown_text(name: &str, bytes: &[u8]) -> Shown {
     let text = String::from_utf8_lossy(bytes);
     let text = text.trim_end_matches('\0');
     let is_digits = text.bytes().all(|byte| byte.is_ascii_digit());

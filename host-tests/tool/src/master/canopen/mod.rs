@@ -2,6 +2,7 @@
 
 pub(crate) mod cob_ids;
 mod cyclic;
+pub(super) mod decode;
 mod identify;
 mod identity;
 pub mod lss;
@@ -50,6 +51,7 @@ pub const PROTOCOL: Protocol = Protocol {
     is_searched: true,
     told: None,
     unaddressed: Some(lss::unaddressed),
+    decoder: decode::decoder,
 };
 
 /// A node, with its node-ID.

@@ -2,6 +2,7 @@
 
 mod connection;
 mod cyclic;
+mod decode;
 pub mod explicit;
 mod identify;
 mod identity;
@@ -47,6 +48,7 @@ pub const PROTOCOL: Protocol = Protocol {
     is_searched: true,
     told: None,
     unaddressed: None,
+    decoder: decode::decoder,
 };
 
 /// How long a node is asked that has just been heard: it answers after its duplicate MAC ID check of two seconds.

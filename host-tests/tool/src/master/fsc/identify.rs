@@ -123,7 +123,7 @@ fn again(link: &mut Link, sensor: Sensor, code: u8) -> Result<Option<fsc::Reply>
 }
 
 /// Whether a software version is of the same generation as that of an article: types of 2021 have digits, older ones a number.
-fn is_of_generation(own: Version, version: Option<u16>) -> bool {
+pub(super) fn is_of_generation(own: Version, version: Option<u16>) -> bool {
     let Some(version) = version else {
         return true;
     };

@@ -2,6 +2,7 @@
 
 mod angles;
 pub mod boot_up;
+mod decode;
 mod identify;
 mod raw;
 pub mod request;
@@ -28,6 +29,7 @@ use plumbline::fsc::table::Operation;
 use plumbline::fsc::{Condition as Bit, StatusBit};
 use plumbline::model::catalog::{self, PRODUCTS, Product};
 use plumbline::model::listing::fsc::Tables;
+use plumbline::param::ParameterId;
 use plumbline::time::Duration;
 
 /// The protocol.
@@ -46,6 +48,7 @@ pub const PROTOCOL: Protocol = Protocol {
     is_searched: false,
     told: None,
     unaddressed: None,
+    decoder: decode::decoder,
 };
 
 /// The tables of a product; None: it has another protocol.
@@ -82,12 +85,14 @@ fn roles(product: &Product) -> Option<Roles> {
     })
 }
 
+/// The number of a parameter as delivered.
+fn factory(product: &Product, id: ParameterId) -> Option<u32> {
+    let parameter = product.parameters.get(usize::from(id.0))?;
+    Some(parameter.factory)
+}
+
 /// The Set-Parameter-ID as delivered of the products whose Reply-Parameter-ID as delivered is this one.
 pub fn factory_reply(reply: CanId) -> Option<CanId> {
-    let factory = |product: &Product, id: plumbline::param::ParameterId| {
-        let parameter = product.parameters.get(usize::from(id.0))?;
-        Some(parameter.factory)
-    };
     PRODUCTS.iter().find_map(|product| {
         let roles = &tables(product)?.roles;
         let is_own = factory(product, roles.reply_id)? == reply.bits();

@@ -2,6 +2,7 @@
 
 pub mod address;
 mod cyclic;
+mod decode;
 pub mod groups;
 mod identify;
 mod identity;
@@ -42,6 +43,7 @@ pub const PROTOCOL: Protocol = Protocol {
     is_searched: false,
     told: Some(told),
     unaddressed: None,
+    decoder: decode::decoder,
 };
 
 /// A controller application (CA), with its address.

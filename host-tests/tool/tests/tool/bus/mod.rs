@@ -7,6 +7,7 @@ mod calibrate;
 mod commands;
 mod cyclic;
 mod data_sheets;
+mod decode;
 mod documents;
 mod eds_files;
 mod every_rate;

@@ -146,7 +146,7 @@ fn port_without_a_target_names_the_form() {
 }
 
 /// A command line of every command: the port, the words, and the exit code if it is not 0.
-const ALL: [(&str, &str, i32); 28] = [
+const ALL: [(&str, &str, i32); 29] = [
     ("demo:jn2101", "scan", 0),
     ("demo:is2", "parameters", 0),
     ("demo:is2", "get", 0),
@@ -169,7 +169,8 @@ const ALL: [(&str, &str, i32); 28] = [
     ("demo:is2", "diff old.toml --exit-code", 1),
     ("demo:is2", "--json watch --seconds 3", 0),
     ("demo:is2", "record new.csv --seconds 1 --yes", 0),
-    ("demo:jn2101", "log - --seconds 1", 0),
+    ("demo:jn2101", "log - --decode --seconds 1", 0),
+    ("", "decode bus.log", 0),
     ("demo:is2", "calibrate sides.csv", 0),
     ("demo:is2", "identity", 0),
     ("demo:is2", "serve --demo --listen 127.0.0.1:0", 0),
@@ -195,6 +196,7 @@ fn every_command_ends_quietly_if_nobody_reads_its_output() {
     let sides = "up,ax_g,ay_g,az_g,temp_c\n+x,1,0,0,25\n-x,-1,0,0,25\n+y,0,1,0,25\n-y,0,-1,0,25\n+z,0,0,1,25\n-z,0,0,-1,25\n";
     std::fs::write(folder.join("sides.csv"), sides).expect("a file");
     std::fs::copy(program_for_an_update(), folder.join("is2.elf")).expect("a file");
+    std::fs::write(folder.join("bus.log"), "(1.5) can0 000#0100\n").expect("a file");
     let others = [("", "man", 0), ("", "--help", 0), ("", "get --help", 0)];
     for (port, words, code) in ALL.into_iter().chain(others) {
         // The pipe is closed before the program starts.
@@ -230,7 +232,8 @@ fn help_of_a_command_shows_only_the_options_that_it_uses() {
         ("ports", &["--json"][..], &["--port", "--node", "--eds"][..]),
         ("completions", &[], &["--port", "--json", "--yes"]),
         ("scan", &["--port", "--rate"], &["--node", "--product"]),
-        ("log", &["--port", "--rate"], &["--id", "--product"]),
+        ("log", &["--port", "--rate", "--product"], &["--id"]),
+        ("decode", &["--product", "--json"], &["--port", "--id"]),
         ("node-id", &["--node", "--port"], &["--mac", "--id"]),
         ("mac", &["--mac"], &["--node", "--id"]),
         ("calibrate", &["--product", "--json"], &["--port", "--node"]),

@@ -1,0 +1,220 @@
+//! `log`: the frames on the bus, and `decode`: what the frames in a log are.
+
+use super::watch::unwritten;
+use crate::adapter::{Adapter, Mode};
+use crate::cli::Options;
+use crate::connect;
+use crate::decode::log::Line;
+use crate::decode::{Bus, Decoded};
+use crate::eds;
+use crate::error::{AdapterError, Error, FileError, Silence};
+use crate::identify;
+use crate::link::Link;
+use crate::note::Note;
+use crate::output::{Terminal, closed};
+use crate::sheet::Sheet;
+use can_wire::text::log_line;
+use plumbline::can::BitRate;
+use plumbline::time::{Duration, after, millis};
+use serde_json::{Map, Value, json};
+use std::fs::File;
+use std::io::{self, BufRead, BufReader, BufWriter, Write, stdin};
+use std::path::Path;
+use std::time::{self, SystemTime, UNIX_EPOCH};
+
+/// The longest wait without a check for Ctrl-C.
+const SLICE: Duration = millis(50);
+
+/// The name of the interface in a log.
+const INTERFACE: &str = "can0";
+
+/// The longest line of a log, in bytes.
+const LONGEST: u64 = 4096;
+
+/// The products that can be on the bus: that of the options, or all.
+///
+/// # Errors
+/// There is no such product, or the data sheet cannot be read.
+pub(super) fn decoder(options: &Options) -> Result<Bus, Error> {
+    if let Some(path) = &options.eds {
+        return Ok(Bus::of(eds::read(path)?));
+    }
+    Ok(match &options.product {
+        Some(name) => Bus::of(Sheet::of(identify::product(name)?)),
+        None => Bus::new(),
+    })
+}
+
+/// A line of a log with the meaning of its frame.
+fn shown(line: &str, decoded: Option<&Decoded>) -> String {
+    match decoded {
+        Some(decoded) => format!("{line}  {decoded}"),
+        None => line.to_owned(),
+    }
+}
+
+/// The same as a document.
+fn document(line: &Line, decoded: Option<&Decoded>) -> Value {
+    let mut document = Map::new();
+    let time: Value = serde_json::from_str(line.time.trim_start_matches('0')).unwrap_or_default();
+    document.insert("time".to_owned(), time);
+    document.insert("frame".to_owned(), format!("{:?}", line.frame).into());
+    document.extend(decoded.map(Decoded::json).unwrap_or_default());
+    document.into()
+}
+
+/// Hands each frame of a log to `take`. Returns the number of frames, and of lines without one.
+fn each(
+    input: &mut dyn BufRead,
+    unread: &dyn Fn(&io::Error) -> Error,
+    terminal: &mut Terminal,
+    take: &mut dyn FnMut(&mut Terminal, Line) -> Result<(), Error>,
+) -> Result<(u64, u64), Error> {
+    let (mut frames, mut others) = (0, 0);
+    let mut bytes = Vec::new();
+    while !(terminal.stopped)() {
+        bytes.clear();
+        let length = io::Read::take(&mut *input, LONGEST).read_until(b'\n', &mut bytes);
+        if length.map_err(|error| unread(&error))? == 0 {
+            break;
+        }
+        match Line::parse(&String::from_utf8_lossy(&bytes)) {
+            Some(line) => {
+                frames += 1;
+                take(terminal, line)?;
+            }
+            None if bytes.trim_ascii().is_empty() => {}
+            None => others += 1,
+        }
+    }
+    Ok((frames, others))
+}
+
+/// Says what the frames of a log are. A file is read twice: a node can tell its product late.
+///
+/// # Errors
+/// The file cannot be read, or has no frame.
+pub(super) fn decode(path: &Path, options: &Options, terminal: &mut Terminal) -> Result<(), Error> {
+    let name = path.display().to_string();
+    let unread = |error: &io::Error| -> Error {
+        FileError::LogUnread(name.clone(), error.to_string()).into()
+    };
+    let mut bus = decoder(options)?;
+    let (frames, others) = if path == Path::new("-") {
+        let mut input = stdin().lock();
+        each(&mut input, &unread, terminal, &mut |terminal, line| {
+            print(&line, &mut bus, terminal)
+        })?
+    } else {
+        let open = || -> Result<_, Error> {
+            let file = File::open(path).map_err(|error| unread(&error))?;
+            Ok(BufReader::new(file))
+        };
+        each(&mut open()?, &unread, terminal, &mut |_, line| {
+            bus.decode(&line.frame);
+            Ok(())
+        })?;
+        each(&mut open()?, &unread, terminal, &mut |terminal, line| {
+            print(&line, &mut bus, terminal)
+        })?
+    };
+    if frames == 0 {
+        return Err(FileError::NoLog(name).into());
+    }
+    if others > 0 {
+        terminal.note(&Note::OtherLines(others));
+    }
+    Ok(())
+}
+
+fn print(line: &Line, bus: &mut Bus, terminal: &mut Terminal) -> Result<(), Error> {
+    let decoded = bus.decode(&line.frame);
+    terminal.document(&document(line, decoded.as_ref()))?;
+    terminal.line(shown(&line.to_string(), decoded.as_ref()))
+}
+
+/// Writes all frames on the bus; only listens.
+pub(super) fn log(
+    adapter: Box<dyn Adapter>,
+    rate: Option<BitRate>,
+    path: &Path,
+    seconds: Option<Duration>,
+    mut decoder: Option<Bus>,
+    terminal: &mut Terminal,
+) -> Result<(), Error> {
+    let mut link = Link::new(adapter, &terminal.stopped);
+    let rate = match rate {
+        None if link.adapter().capabilities().needs_rate => {
+            let heard = connect::traffic(&mut link, terminal);
+            let heard = heard.map_err(|failure| only_listens(&mut link, failure))?;
+            let heard = heard.ok_or(Silence::Traffic)?;
+            heard.rate
+        }
+        rate => rate,
+    };
+    let opened = link.open(rate, Mode::Listen);
+    opened.map_err(|failure| only_listens(&mut link, failure))?;
+    let start = link.now();
+    let epoch = SystemTime::now()
+        .duration_since(UNIX_EPOCH)
+        .unwrap_or_default();
+    let is_output = path == Path::new("-");
+    let mut file = match is_output {
+        true => None,
+        false => Some(BufWriter::new(
+            File::create(path).map_err(|error| unwritten(path, &error))?,
+        )),
+    };
+    let end = seconds.map(|seconds| after(start, seconds));
+    let mut count = 0_u64;
+    while !(terminal.stopped)() {
+        let until = after(link.now(), SLICE);
+        let until = end.map_or(until, |end| until.min(end));
+        if let Some((at, frame)) = link.receive(until)? {
+            let passed = Duration::from_ticks(at.ticks().saturating_sub(start.ticks()));
+            let time = epoch + time::Duration::from_micros(passed.ticks());
+            count += 1;
+            let decoded = decoder.as_mut().map(|decoder| decoder.decode(&frame));
+            let line = log_line(time, INTERFACE, &frame);
+            let text = decoded
+                .as_ref()
+                .map(|decoded| shown(&line, decoded.as_ref()));
+            match (&mut file, &decoded) {
+                (Some(file), _) => {
+                    let text = text.unwrap_or(line);
+                    writeln!(file, "{text}").map_err(|error| unwritten(path, &error))?;
+                }
+                (None, Some(decoded)) if terminal.json => {
+                    let line = Line::parse(&line);
+                    let document = line.map(|line| document(&line, decoded.as_ref()));
+                    terminal.document(&document.unwrap_or_default())?;
+                }
+                (None, _) => writeln!(terminal.out, "{}", text.unwrap_or(line)).map_err(closed)?,
+            }
+        }
+        if end.is_some_and(|end| link.now() >= end) {
+            break;
+        }
+    }
+    let lost = link.adapter().overruns();
+    link.close();
+    if let Some(mut file) = file {
+        file.flush().map_err(|error| unwritten(path, &error))?;
+        terminal.line(format!("{count} frames are in {}", path.display()))?;
+        let file = path.display().to_string();
+        terminal.document(&json!({"file": file, "frames": count, "lost": lost}))?;
+    }
+    if let Some(lost @ 1..) = lost {
+        terminal.note(&Note::LostFrames(lost));
+    }
+    Ok(())
+}
+
+/// The next step if an adapter cannot listen. An interface of Linux says itself what to type.
+fn only_listens(link: &mut Link, failure: Error) -> Error {
+    let sets_rate = link.adapter().capabilities().sets_rate;
+    match failure.lacks_listen_only() && sets_rate {
+        true => AdapterError::LogListens.into(),
+        false => failure,
+    }
+}

@@ -1,0 +1,44 @@
+//! The lines of a log, as `candump -L` and the tool write them.
+
+use can_wire::text::parse;
+use plumbline::can::Frame;
+use std::fmt::{self, Display, Formatter};
+
+/// A frame of a log.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Line {
+    /// The time as it is in the log, in seconds.
+    pub time: String,
+    /// The interface.
+    pub interface: String,
+    /// The frame.
+    pub frame: Frame,
+}
+
+impl Line {
+    /// The frame of a line; None: the line has no frame. What is behind the frame is ignored.
+    pub fn parse(text: &str) -> Option<Self> {
+        let mut words = text.split_whitespace();
+        let time = words.next()?.strip_prefix('(')?.strip_suffix(')')?;
+        let is_time = time.split('.').count() <= 2
+            && !time.starts_with('.')
+            && time
+                .bytes()
+                .all(|byte| byte.is_ascii_digit() || byte == b'.');
+        let interface = words.next()?;
+        let frame = parse(words.next()?).ok()?;
+        // A terminal executes control characters.
+        let is_shown = !interface.chars().any(char::is_control);
+        (is_time && is_shown).then(|| Self {
+            time: time.to_owned(),
+            interface: interface.to_owned(),
+            frame,
+        })
+    }
+}
+
+impl Display for Line {
+    fn fmt(&self, f: &mut Formatter) -> fmt::Result {
+        write!(f, "({}) {} {:?}", self.time, self.interface, self.frame)
+    }
+}

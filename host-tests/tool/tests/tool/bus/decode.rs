@@ -1,0 +1,228 @@
+//! `decode`: what the frames of a log are.
+
+use super::rig::{Rig, file};
+use plumbline::can::Frame;
+use plumbline::model::catalog::PRODUCTS;
+use plumbline_tool::master::Protocol;
+use serde_json::Value;
+use std::path::PathBuf;
+
+/// A log with these frames.
+fn log(name: &str, frames: impl IntoIterator<Item = Frame>) -> PathBuf {
+    let path = file(&format!("{name}.log"));
+    let lines = frames.into_iter().zip(0..);
+    let lines = lines.map(|(frame, place)| format!("({place}.000000) can0 {frame:?}\n"));
+    std::fs::write(&path, lines.collect::<String>()).unwrap();
+    path
+}
+
+/// The documents of the frames of a log.
+fn documents(rig: &mut Rig, path: &std::path::Path) -> Vec<Value> {
+    let ended = rig.tool(&format!("--json decode {}", path.display()));
+    assert_eq!(ended.code, 0, "{ended:?}");
+    let lines = ended.out.lines();
+    lines
+        .map(|line| serde_json::from_str(line).unwrap())
+        .collect()
+}
+
+/// What the frames with these texts are, without the frames.
+fn decoded(options: &str, frames: &[&str]) -> Vec<String> {
+    let name = format!("decoded-{:x}", frames.concat().len());
+    let frames = frames.iter().map(|text| can_wire::text::frame(text));
+    let path = log(&name, frames);
+    let mut rig = Rig::with("is2");
+    let lines = rig.done(&format!("{options} decode {}", path.display()));
+    let behind = |line: &str| line.split_once("  ").map(|(_, text)| text.to_owned());
+    lines
+        .lines()
+        .map(|line| behind(line).unwrap_or_default())
+        .collect()
+}
+
+#[test]
+fn frames_of_get_have_the_values_that_get_shows() {
+    for product in PRODUCTS {
+        let mut rig = Rig::with(product.name);
+        let got = rig.json("get");
+        let frames = rig.witnessed();
+        let path = log(&format!("get-{}", product.name), frames);
+        let documents = documents(&mut rig, &path);
+        let last = documents.last().unwrap();
+        assert_eq!(last["protocol"], Protocol::of(product).name, "{last}");
+        assert_eq!(last["product"], product.name, "{last}");
+        for (name, value) in got.as_object().unwrap() {
+            let mut values = documents.iter().map(|document| &document["values"][name]);
+            assert!(
+                values.any(|own| own["value"] == value["value"] && own["unit"] == value["unit"]),
+                "{} {name}: {value}",
+                product.name
+            );
+        }
+    }
+}
+
+#[test]
+fn messages_of_gemac_have_the_names_of_the_codes() {
+    let lines = decoded(
+        "--product is2",
+        &[
+            "301#FF03000300004403",
+            "301#FF03000300004403",
+            "300#253200",
+            "301#2502",
+            "301#0002E803F4010100",
+        ],
+    );
+    let boot_up = "fsc 300h is2: boot-up, status = DefaultParam + AutobaudDetection, set-id = 300h, software-version = 3.44";
+    let expected = [
+        boot_up,
+        boot_up,
+        "fsc 300h is2: write Cyclic Time (25h), cyclic-time = 50 ms",
+        "fsc 300h is2: reply Cyclic Time (25h), status = AutobaudDetection",
+        "fsc 300h is2: reply Inclination (00h), status = AutobaudDetection, angle-x = 10.00 deg, angle-y = 5.00 deg, counter = 1",
+    ];
+    assert_eq!(lines, expected);
+}
+
+#[test]
+fn messages_of_canopen_have_names_and_values() {
+    let lines = decoded(
+        "",
+        &[
+            "70A#00",
+            "60A#4018100100000000",
+            // The product is known from here on, and because of the first reading of the log in all frames.
+            "58A#431810010069666D",
+            "000#010A",
+            "080#",
+            "70A#05",
+            "18A#E803F401",
+            "60A#2F00100001000000",
+            "58A#8000100002000106",
+            "08A#0000000000000000",
+            "7E5#0401000000000000",
+        ],
+    );
+    let expected = [
+        "canopen 10 jn2101: boot-up",
+        "canopen 10 jn2101: SDO read 1018h:1 vendor-id",
+        "canopen 10 jn2101: SDO answer 1018h:1 vendor-id, value = 6D666900h",
+        "canopen 10: NMT start",
+        "canopen: SYNC",
+        "canopen 10 jn2101: heartbeat, operational",
+        "canopen 10 jn2101: TPDO 1, slope-long16 = 10.00 deg, slope-lateral16 = 5.00 deg",
+        "canopen 10 jn2101: SDO write 1000h:0 device-type, value = 01h",
+        "canopen 10 jn2101: SDO abort 1000h:0 device-type, reason = the object can only be read (06010002h)",
+        "canopen 10 jn2101: EMCY, error = no error (0000h), error-register = 00h, data = 00 00 00 00 00",
+        "canopen: LSS switch state global, state = configuration",
+    ];
+    assert_eq!(lines, expected);
+}
+
+#[test]
+fn messages_of_devicenet_have_the_names_of_their_objects() {
+    let lines = decoded(
+        "--product tiltix080",
+        &[
+            "5FF#00620101000000",
+            "5FC#3E0E650171",
+            "5FB#3E8E0A00",
+            "5FC#3E0E650101",
+            "5FB#3E9414FF",
+            "5FD#",
+            "3FF#E803F401",
+        ],
+    );
+    let expected = [
+        "devicenet 63 tiltix080: duplicate MAC ID check, request, vendor = 354, serial-number = 1",
+        "devicenet 63 tiltix080: explicit request, get class 65h instance 1 attribute 113 resolution",
+        "devicenet 63 tiltix080: explicit response, get class 65h instance 1 attribute 113 resolution, resolution = 0.01 deg",
+        "devicenet 63 tiltix080: explicit request, get class 65h instance 1 attribute 1",
+        "devicenet 63 tiltix080: explicit response, error, reason = there is no such attribute (14h, FFh)",
+        "devicenet 63 tiltix080: poll",
+        "devicenet 63 tiltix080: poll response (Slope long16, slope lateral16), slope-long16 = 10.00 deg, slope-lateral16 = 5.00 deg",
+    ];
+    assert_eq!(lines, expected);
+}
+
+#[test]
+fn messages_of_j1939_have_groups_and_long_ones_their_content() {
+    let lines = decoded(
+        "",
+        &[
+            "18EAFFFE#00EE00",
+            "18EEFF80#0100E0FF00810080",
+            "0CF02980#852B8300807AFFFF",
+            "18FECA80#04FF6F130201FFFF",
+            "1CECFF80#200A0002FFEBFE00",
+            "1CEBFF80#0141422A43444546",
+            "1CEBFF80#02472A2AFFFFFFFF",
+            "18EF8021#4018100100000000",
+            "18EF2180#8018100111000906",
+        ],
+    );
+    let expected = [
+        "j1939 254: request, group = address claimed (EE00h)",
+        "j1939 128: address claimed, arbitrary-address = 1, industry-group = 0, vehicle-system-instance = 0, vehicle-system = 0, function = 129, function-instance = 0, ecu-instance = 0, manufacturer = 2047, identity-number = 1",
+        "j1939 128: SSI2 (F029h), PitchAngleExRange (SPN 4976) = 12.3400 deg, RollAngleExRange (SPN 4977) = -5.0000 deg, PitchAngleExRangeCompensation (SPN 4978) = not available, PitchAngleExRangeFigureOfMerit (SPN 4979) = not available, RollAngleExRangeCompensation (SPN 4980) = not available, RollAngleExRangeFigureOfMerit (SPN 4981) = not available, RollAndPitchExRangeLatency (SPN 4982) = not available",
+        "j1939 128: DM1 (FECAh), lamps = 04h, SPN 4975 = FMI 2, 1 times",
+        "j1939 128: TP.CM announcement, group = component identification (FEEBh), size = 10, packets = 2",
+        "j1939 128: TP.DT packet 1, data = 41 42 2A 43 44 45 46",
+        "j1939 128: TP.DT packet 2, end of component identification (FEEBh), text = AB*CDEFG**",
+        "j1939 33: SDO read 1018h:1 vendor-id to 128",
+        "j1939 128: SDO abort 1018h:1 vendor-id to 33, reason = there is no such sub-index (06090011h)",
+    ];
+    assert_eq!(lines, expected);
+}
+
+#[test]
+fn node_of_one_protocol_does_not_get_the_frames_of_another_one() {
+    // The identifier of the response to a poll of MAC ID 63 is that of the fourth RPDO of node 127, and 5FBh that of an SDO answer of 123.
+    let frames = ["70A#05", "5FF#00620101000000", "5FB#3ECB00", "18A#E803F401"];
+    let lines = decoded("", &frames);
+    let protocols = lines.iter().map(|line| line.split(' ').next().unwrap());
+    let protocols: Vec<&str> = protocols.collect();
+    assert_eq!(protocols, ["canopen", "devicenet", "devicenet", "canopen"]);
+}
+
+#[test]
+fn file_without_a_frame_is_refused_and_a_wrong_line_is_left_out() {
+    let path = file("decode-lines.log");
+    let mut rig = Rig::with("is2");
+    let command = format!("decode {}", path.display());
+    for text in [
+        "",
+        "can0 123#00\n",
+        "(1.0) can0 12345#00\n",
+        "(1.0) can0 123##0FF\n",
+        "(1.0)\n",
+    ] {
+        std::fs::write(&path, text).unwrap();
+        assert_eq!(rig.fails(&command), (2, "bad-file".to_owned()), "{text}");
+    }
+    std::fs::write(&path, b"\xFF\n\n(1.0) can0 123#00 R // text\n").unwrap();
+    let ended = rig.tool(&command);
+    assert_eq!((ended.code, &*ended.out), (0, "(1.0) can0 123#00\n"));
+    assert!(ended.notes.contains("1 lines of the log"), "{ended:?}");
+    std::fs::remove_file(&path).unwrap();
+    assert_eq!(rig.fails(&command), (4, "no-file".to_owned()));
+}
+
+#[test]
+fn log_decodes_what_it_hears() {
+    let mut rig = Rig::with("jn2101");
+    let first = rig.first();
+    let at = rig.later(100);
+    rig.power_cycle_at(at, first);
+    let path = file("decoded-live.log");
+    rig.done(&format!("log {} --decode --seconds 5", path.display()));
+    let text = std::fs::read_to_string(&path).unwrap();
+    assert!(
+        text.contains(" can0 70A#00  canopen 10: boot-up\n"),
+        "{text}"
+    );
+    // The tool reads its own lines.
+    let again = rig.done(&format!("decode {}", path.display()));
+    assert_eq!(again.lines().count(), text.lines().count());
+}
