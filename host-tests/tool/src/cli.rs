@@ -5,10 +5,11 @@ use crate::master::Addresses;
 use crate::ops::Request;
 use crate::question::Name;
 use crate::scan::kbits;
-use clap::{Args, CommandFactory, Parser, Subcommand, ValueEnum};
+use clap::{Args, CommandFactory, FromArgMatches, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
 use plumbline::can::BitRate;
 use serde::Deserialize;
+use std::ffi::OsString;
 use std::fmt::{self, Display, Formatter};
 use std::net::SocketAddr;
 use std::path::PathBuf;
@@ -313,6 +314,36 @@ pub fn command() -> clap::Command {
             option.hide(is_hidden)
         })
     })
+}
+
+/// Parses the words of a command line. The names of questions can also follow `--yes` without `=`, where they are no other argument: in
+/// `--yes zero` the word is the command.
+///
+/// # Errors
+/// The words are no command line.
+pub fn parse(words: &[OsString]) -> Result<Cli, clap::Error> {
+    let parsed = |words: &[OsString]| {
+        let matches = command().try_get_matches_from(words);
+        matches.and_then(|matches| Cli::from_arg_matches(&matches))
+    };
+    parsed(words).or_else(|error| parsed(&joined(words)).map_err(|_| error))
+}
+
+/// The same words, with `=` between `--yes` and names of questions.
+fn joined(words: &[OsString]) -> Vec<OsString> {
+    let mut joined: Vec<OsString> = Vec::new();
+    for word in words {
+        let mut names = word.to_str().unwrap_or_default().split(',');
+        let is_named = names.all(|name| Name::from_str(name, false).is_ok());
+        match joined.last_mut() {
+            Some(last) if is_named && last == "--yes" => {
+                last.push("=");
+                last.push(word);
+            }
+            _ => joined.push(word.clone()),
+        }
+    }
+    joined
 }
 
 /// The options that a command does not use.

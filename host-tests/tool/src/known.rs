@@ -93,16 +93,20 @@ pub fn assignments() -> Vec<&'static str> {
 /// The least similarity of a name that a user can have meant.
 const SIMILAR: f64 = 0.8;
 
-/// The name that a user has probably meant.
+/// The name that a user has probably meant: one that is similar as a whole, else one with a similar word.
 pub fn meant<'a>(typed: &str, names: impl IntoIterator<Item = &'a str>) -> Meant {
     let small = typed.to_lowercase();
-    let rated = names
-        .into_iter()
-        .map(|name| (strsim::jaro_winkler(&small, name), name));
-    let best = rated.max_by(|one, other| one.0.total_cmp(&other.0));
-    match best {
-        Some((similarity, name)) if similarity >= SIMILAR => Meant::Name(name.to_owned()),
-        _ => Meant::Nothing,
+    let names: Vec<_> = names.into_iter().collect();
+    let best = |similarity: &dyn Fn(&str) -> f64| {
+        let rated = names.iter().map(|name| (similarity(name), *name));
+        let best = rated.max_by(|one, other| one.0.total_cmp(&other.0));
+        best.filter(|(similarity, _)| *similarity >= SIMILAR)
+    };
+    let whole = |name: &str| strsim::jaro_winkler(&small, name);
+    let word = |name: &str| name.split('-').map(whole).fold(0.0, f64::max);
+    match best(&whole).or_else(|| best(&word)) {
+        Some((_, name)) => Meant::Name(name.to_owned()),
+        None => Meant::Nothing,
     }
 }
 
@@ -119,7 +123,13 @@ mod tests {
             ("cyclictime", parameters(), ". Did you mean cyclic-time?"),
             ("filtre", parameters(), ". Did you mean filter?"),
             ("cuttoff", parameters(), ". Did you mean cut-off?"),
+            (
+                "temprature",
+                vec!["filter", "mems-temperature"],
+                ". Did you mean mems-temperature?",
+            ),
             ("xyzzy", products(), ""),
+            ("xyzzy", parameters(), ""),
             ("", products(), ""),
         ] {
             assert_eq!(meant(typed, names).to_string(), expected, "{typed}");

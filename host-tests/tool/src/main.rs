@@ -1,8 +1,7 @@
 //! The program `plumbline`: see `plumbline --help`.
 
-use clap::FromArgMatches;
 use plumbline_tool::bar::TerminalBar;
-use plumbline_tool::cli::{self, Cli};
+use plumbline_tool::cli;
 use plumbline_tool::command::run;
 use plumbline_tool::error::{Error, FileError, RequestError};
 use plumbline_tool::output::Terminal;
@@ -22,8 +21,8 @@ static STOPPED: AtomicBool = AtomicBool::new(false);
 const LOOK: Duration = Duration::from_millis(50);
 
 fn main() -> ExitCode {
-    let matches = cli::command().try_get_matches();
-    let cli = match matches.and_then(|matches| Cli::from_arg_matches(&matches)) {
+    let words: Vec<_> = std::env::args_os().collect();
+    let cli = match cli::parse(&words) {
         Ok(cli) => cli,
         Err(error) => return usage(&error),
     };

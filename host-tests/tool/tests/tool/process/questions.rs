@@ -30,6 +30,21 @@ fn yes_with_names_answers_only_their_questions() {
     }
 }
 
+#[test]
+fn names_of_questions_follow_yes_without_an_equals_sign_after_the_command() {
+    for (line, code) in [
+        (format!("{ZERO} --yes zero"), 0),
+        (format!("{ZERO} x --yes overwrite,zero"), 0),
+        (format!("{ZERO} --yes overwrite"), 2),
+        (format!("{ZERO} --yes nonsense"), 2),
+        // The word is the command.
+        ("--rate 250 --id 300 --yes zero".to_owned(), 0),
+    ] {
+        let output = plumbline("demo:is2", &line);
+        assert_eq!(output.status.code(), Some(code), "{line}: {output:?}");
+    }
+}
+
 #[cfg(unix)]
 #[test]
 fn ctrl_c_at_a_question_ends_the_program_and_an_answer_goes_on() {
