@@ -56,8 +56,8 @@ fn shown(line: &str, decoded: Option<&Decoded>) -> String {
 /// The same as a document.
 fn document(line: &Line, decoded: Option<&Decoded>) -> Value {
     let mut document = Map::new();
-    let time: Value = serde_json::from_str(line.time.trim_start_matches('0')).unwrap_or_default();
-    document.insert("time".to_owned(), time);
+    let time = line.time.parse::<f64>().ok();
+    document.insert("time".to_owned(), time.into());
     document.insert("frame".to_owned(), format!("{:?}", line.frame).into());
     document.extend(decoded.map(Decoded::json).unwrap_or_default());
     document.into()

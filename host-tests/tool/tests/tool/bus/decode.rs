@@ -48,6 +48,7 @@ fn frames_of_get_have_the_values_that_get_shows() {
         let frames = rig.witnessed();
         let path = log(&format!("get-{}", product.name), frames);
         let documents = documents(&mut rig, &path);
+        assert_eq!(documents[0]["time"], 0.0);
         let last = documents.last().unwrap();
         assert_eq!(last["protocol"], Protocol::of(product).name, "{last}");
         assert_eq!(last["product"], product.name, "{last}");
