@@ -9,6 +9,8 @@ use super::board::Board;
 use object::elf::{EM_ARM, FileHeader32, PT_LOAD};
 use object::read::elf::{ElfFile32, FileHeader, ProgramHeader};
 use object::{Endianness, Object, ObjectSection, ObjectSymbol, SectionKind, SymbolKind};
+use plumbline::update::header::{COMMIT, PLACE};
+use plumbline::update::{About, Contents, Header};
 use rustc_demangle::demangle;
 pub use shares::{Part, Shares};
 use std::collections::BTreeSet;
@@ -57,6 +59,13 @@ pub enum ImageError {
 
 /// The section with the name of the board.
 const BOARD: &str = ".plumbline.board";
+
+/// The section with product and version.
+const PROGRAM: &str = ".plumbline.program";
+
+/// The numbers of the Blue Pill and of its layout in the header of a program.
+const BOARD_NUMBER: u16 = 1;
+const LAYOUT: u8 = 1;
 
 /// The start of RAM.
 const RAM_START: u32 = 0x2000_0000;
@@ -107,6 +116,8 @@ pub struct Image {
     symbols: Vec<Symbol>,
     /// The pages that a bootloader can change.
     slot: Range<u32>,
+    /// Its product and version, if it names them.
+    about: Option<About>,
 }
 
 impl Image {
@@ -122,6 +133,8 @@ impl Image {
         check_vectors(board, &segments)?;
         let mut symbols: Vec<Symbol> = file.symbols().filter_map(symbol).collect();
         symbols.sort_by_key(|symbol| (symbol.address, std::cmp::Reverse(symbol.size)));
+        let about = file.section_by_name(PROGRAM);
+        let about = about.and_then(|section| About::parse(section.data().ok()?));
         let sections = file
             .sections()
             .map(|section| {
@@ -139,10 +152,13 @@ impl Image {
             sections,
             symbols,
             slot: 0..0,
+            about,
         })
     }
 
     /// This program behind a bootloader, in one flash. None: it is not linked for that, or the bootloader is for another board.
+    ///
+    /// The program is complete, as after an update.
     pub fn behind(&self, bootloader: &Self) -> Option<Self> {
         let begins = |image: &Self, start| {
             let mut segments = image.segments.iter();
@@ -151,16 +167,53 @@ impl Image {
         let fits = self.board == bootloader.board
             && begins(bootloader, FLASH_START)
             && begins(self, self.board.facts().slot.start);
-        fits.then(|| {
+        let program = self.sealed().filter(|_| fits);
+        program.map(|program| {
             let mut symbols = [&bootloader.symbols[..], &self.symbols].concat();
             symbols.sort_by_key(|symbol| (symbol.address, std::cmp::Reverse(symbol.size)));
             Self {
                 board: self.board,
-                segments: [&bootloader.segments[..], &self.segments].concat(),
+                segments: [&bootloader.segments[..], &[program]].concat(),
                 sections: [&bootloader.sections[..], &self.sections].concat(),
                 symbols,
                 slot: self.board.facts().slot.clone(),
+                about: self.about,
             }
+        })
+    }
+
+    /// Whether it is linked for a flash that begins with a bootloader.
+    pub fn needs_bootloader(&self) -> bool {
+        let mut segments = self.segments.iter();
+        !segments.any(|segment| segment.load_address == FLASH_START)
+    }
+
+    /// The whole program as one segment, with its header and its commit.
+    fn sealed(&self) -> Option<Segment> {
+        let start = self.board.facts().slot.start;
+        let mut body = Vec::new();
+        for segment in &self.segments {
+            let place = segment.load_address.checked_sub(start)? as usize;
+            let end = place + segment.bytes.len();
+            body.resize(body.len().max(end.next_multiple_of(4)), 0xFF);
+            body[place..end].copy_from_slice(&segment.bytes);
+        }
+        let about = self.about?;
+        let contents = Contents {
+            product: about.product(),
+            board: BOARD_NUMBER,
+            layout: LAYOUT,
+            key: 0,
+            version: about.version(),
+            hash: [0; 32],
+        };
+        let header = Header::new(&contents, &body)?;
+        body[PLACE..PLACE + header.bytes().len()].copy_from_slice(header.bytes());
+        body[COMMIT..COMMIT + 2].fill(0);
+        Some(Segment {
+            load_address: start,
+            address: start,
+            bytes: body,
         })
     }
 

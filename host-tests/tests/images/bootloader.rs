@@ -47,6 +47,7 @@ fn file(name: &str, version: u32) -> Vec<u8> {
     // Without the erased rest.
     let end = body.iter().rposition(|byte| *byte != 0xFF).expect("code") + 1;
     body.truncate(end.next_multiple_of(4));
+    body[PLACE..PLACE + SIZE].fill(0xFF);
     let product = catalog::find(name).expect("a product");
     seal(product.image.number(), version, &body)
 }

@@ -51,6 +51,11 @@ pub struct Options {
     #[arg(long, value_name = "FILE")]
     elf: Option<PathBuf>,
 
+    /// The bootloader of the board (an ELF file), which starts the image of --elf, or waits for a program if there is none. Build the image
+    /// with --features behind-bootloader
+    #[arg(long, value_name = "FILE")]
+    bootloader: Option<PathBuf>,
+
     /// Address to listen on for clients; port 0 picks a free one [default: 127.0.0.1:11898, or a free port if that one is in use]
     #[arg(long, value_name = "ADDRESS:PORT")]
     listen: Option<String>,
@@ -137,10 +142,7 @@ pub fn run(program: &Program) -> Result<(), Failure> {
 /// The options are invalid, or something outside of the program failed.
 pub fn run_with(product: &'static Product, options: &Options) -> Result<(), Failure> {
     let node_type = node_type(product, options)?;
-    let image = match options.elf.as_deref() {
-        Some(path) => Some(open_image(path, node_type.name)?),
-        None => None,
-    };
+    let image = image(options, node_type.name)?;
     let geometry = match &image {
         Some(image) => image.board().chip().facts().geometry,
         None => Geometry::STM32F103,
@@ -220,7 +222,7 @@ fn node_type(product: &'static Product, options: &Options) -> Result<NodeType, F
     let Some(wanted) = &options.article else {
         return Ok(node_type);
     };
-    if options.elf.is_some() {
+    if options.elf.is_some() || options.bootloader.is_some() {
         let message = "the article is in the firmware image: omit --article or --elf";
         return Err(Failure::Usage(message.to_owned()));
     }
@@ -281,8 +283,31 @@ fn open_store(geometry: Geometry, path: &Path) -> Result<Flash, Failure> {
 /// The length of the longest ELF file in bytes.
 const LONGEST_ELF: u64 = 1 << 28;
 
+/// The firmware image of the options, with its bootloader; None: the model for the PC.
+fn image(options: &Options, model: &str) -> Result<Option<Rc<Image>>, Failure> {
+    let open = |path: &Option<PathBuf>| {
+        let path = path.as_deref();
+        path.map(|path| open_image(path, model)).transpose()
+    };
+    let (image, bootloader) = (open(&options.elf)?, open(&options.bootloader)?);
+    let image = match (image, bootloader) {
+        (Some(image), None) if image.needs_bootloader() => {
+            let message = "the image is built for a flash with a bootloader: add --bootloader FILE";
+            return Err(Failure::Usage(message.to_owned()));
+        }
+        (Some(image), Some(bootloader)) => {
+            let both = image.behind(&bootloader);
+            let message = "the two images do not fit: build that of --elf with --features behind-bootloader, for the board of the bootloader";
+            Some(both.ok_or_else(|| Failure::Usage(message.to_owned()))?)
+        }
+        (None, Some(bootloader)) => Some(bootloader.as_bootloader()),
+        (image, None) => image,
+    };
+    Ok(image.map(Rc::new))
+}
+
 /// The firmware image in an ELF file; checks the model, if the file has symbols.
-fn open_image(path: &Path, model: &str) -> Result<Rc<Image>, Failure> {
+fn open_image(path: &Path, model: &str) -> Result<Image, Failure> {
     let what = format!("read the firmware image {}", path.display());
     let elf = bench::file::read(path, LONGEST_ELF).map_err(|why| cannot(&what)(why.into()))?;
     let image =
@@ -294,7 +319,7 @@ fn open_image(path: &Path, model: &str) -> Result<Rc<Image>, Failure> {
             path.display(),
         )));
     }
-    Ok(Rc::new(image))
+    Ok(image)
 }
 
 /// Listens on the address, or on the default one.

@@ -5,8 +5,9 @@ use crate::process::sensor::{PATIENCE, Sensor};
 use crate::{assert_fails, new_path, text};
 use std::fs;
 use std::path::PathBuf;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 use stm32_sim::board::Board;
+use stm32_sim::firmware;
 
 #[test]
 fn damaged_program_ends_with_one_sentence() {
@@ -43,6 +44,49 @@ fn image_of_other_model_is_refused() {
             &[text(&image), &sentence],
         );
     }
+}
+
+#[test]
+fn program_behind_a_bootloader_starts_and_a_bootloader_alone_waits() {
+    let mut built = firmware::build(Board::BluePill, &["bootloader"]).expect("it builds");
+    let program = firmware::build_behind_bootloader(Board::BluePill, &["jn2101"]);
+    built.extend(program.expect("it builds"));
+    let model = ["--model", "jn2101", "--bus-rate", "125"];
+    let (bootloader, program) = (text(&built["bootloader"]), text(&built["jn2101"]));
+    assert_fails(
+        &[&model[..], &["--elf", program]].concat(),
+        2,
+        &["add --bootloader FILE"],
+    );
+    let alone = image("is2");
+    assert_fails(
+        &["--elf", text(&alone), "--bootloader", bootloader],
+        2,
+        &["--features behind-bootloader"],
+    );
+    let both = ["--bootloader", bootloader, "--elf", program];
+    let sensor = Sensor::start(&[&model[..], &both].concat());
+    let mut client = Client::open(&sensor);
+    // 1000h:00 is the profile CiA 410 of the program.
+    client.say("t60A84000100000000000");
+    let reply = client.find("t58A8");
+    assert_eq!(&reply[5..9], "4300", "{reply}");
+    assert_eq!(&reply[13..17], "9A01", "{reply}");
+    let sensor = Sensor::start(&[&model[..], &["--bootloader", bootloader]].concat());
+    let mut client = Client::open(&sensor);
+    client.impatient();
+    let end = Instant::now() + PATIENCE;
+    // The bootloader listens at each bit rate in turn.
+    let reply = loop {
+        assert!(Instant::now() < end, "it does not answer");
+        client.say("t67F84000100000000000");
+        let line = client.next_within(Duration::from_millis(100));
+        if let Some(line) = line.filter(|line| line.starts_with("t5FF8")) {
+            break line;
+        }
+    };
+    // 1000h:00 is 0: it has no profile.
+    assert_eq!(&reply[5..21], "4300100000000000", "{reply}");
 }
 
 #[cfg(unix)]
