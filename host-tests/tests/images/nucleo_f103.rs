@@ -1,6 +1,10 @@
 //! The tests that also run with the images for the Nucleo-F103RB: what its board changes. These are the pins of accelerometer, LEDs and
 //! supply, SPI2, the clock from the ST-LINK, and the place of the parameters.
 
+use plumbline::model::catalog;
+use stm32_sim::board::Board;
+use stm32_sim::firmware;
+
 also! {
     crate::rig::on_the_nucleo_f103;
     accelerometer:
@@ -47,4 +51,14 @@ also! {
         supply_is_measured_within_13_mv;
     timing:
         sync_is_answered_within_15_us;
+}
+
+/// The build checks each image. On this board there is room for the log of each product.
+#[test]
+#[ignore = "another board or other silicon: `.ci/run boards`"]
+fn images_with_the_log_of_all_products_have_no_unsafe_instruction() {
+    let names: Vec<&str> = catalog::bases().map(|product| product.name).collect();
+    let built = firmware::build_with_log(Board::NucleoF103, &names)
+        .unwrap_or_else(|error| panic!("{error}"));
+    assert_eq!(built.len(), names.len());
 }
