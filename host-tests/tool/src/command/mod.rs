@@ -131,7 +131,9 @@ pub fn run_with(cli: &Cli, terminal: &mut Terminal, connect: Connect) -> Result<
         }
         Command::Parameters if options.eds.is_some() => {
             let path = options.eds.as_deref().unwrap_or(Path::new(""));
-            return parameters::list(&eds::read(path)?, terminal);
+            let sheet = eds::read(path)?;
+            eds::note_losses(&sheet, terminal);
+            return parameters::list(&sheet, terminal);
         }
         Command::Operation(request) if options.eds.is_some() => request.check_described()?,
         _ => {}

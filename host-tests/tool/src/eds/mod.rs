@@ -281,14 +281,10 @@ fn entry(title: &str, address: Address, data_type: DataType) -> Entry {
     }
 }
 
-/// Compares the identity of the device with that in the file. If they differ, or the device does not let its identity be read, asks
-/// whether to go on.
-///
-/// # Errors
-/// The answer is no, nobody answers, or the adapter fails.
-pub fn check(session: &mut Session, terminal: &mut Terminal) -> Result<(), Error> {
-    let Some(data_sheet) = session.sheet.data_sheet.clone() else {
-        return Ok(());
+/// Tells what of its data sheet is not in the sheet.
+pub fn note_losses(sheet: &Sheet, terminal: &mut Terminal) {
+    let Some(data_sheet) = &sheet.data_sheet else {
+        return;
     };
     if data_sheet.left_out > 0 {
         terminal.note(&Note::EntriesNotShown(data_sheet.left_out));
@@ -299,6 +295,18 @@ pub fn check(session: &mut Session, terminal: &mut Terminal) -> Result<(), Error
             more => Note::LinesIgnored(*first, more),
         });
     }
+}
+
+/// Compares the identity of the device with that in the file. If they differ, or the device does not let its identity be read, asks
+/// whether to go on.
+///
+/// # Errors
+/// The answer is no, nobody answers, or the adapter fails.
+pub fn check(session: &mut Session, terminal: &mut Terminal) -> Result<(), Error> {
+    let Some(data_sheet) = session.sheet.data_sheet.clone() else {
+        return Ok(());
+    };
+    note_losses(&session.sheet, terminal);
     let mut doubts = Vec::new();
     for (entry, wanted) in identity(session).into_iter().zip(data_sheet.identity) {
         let what = &entry.title;

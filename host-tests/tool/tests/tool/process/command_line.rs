@@ -300,6 +300,22 @@ fn document_shows_every_command() {
 }
 
 #[test]
+fn losses_of_a_data_sheet_are_told_also_without_a_sensor() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("damaged.eds");
+    let text = include_str!("encoder.eds");
+    let stray = "// terminator\n[3000sub1]\nObjectType=0x7\nDataType=0x0005\nAccessType=ro\n";
+    std::fs::write(&path, format!("{text}\n{stray}")).expect("a file");
+    let output = plumbline("", &format!("parameters --eds {}", path.display()));
+    let notes = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{notes}");
+    let line = format!("line {} of the data sheet is no", text.lines().count() + 2);
+    for part in [&*line, "entries of the data sheet have"] {
+        assert!(notes.contains(part), "{part}: {notes}");
+    }
+}
+
+#[test]
 fn every_command_line_of_the_document_works() {
     let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("document");
     let _ = std::fs::remove_dir_all(&folder);
