@@ -179,8 +179,13 @@ fn messages_of_j1939_have_groups_and_long_ones_their_content() {
 
 #[test]
 fn node_of_one_protocol_does_not_get_the_frames_of_another_one() {
-    // The identifier of the response to a poll of MAC ID 63 is that of the fourth RPDO of node 127, and 5FBh that of an SDO answer of 123.
-    let frames = ["70A#05", "5FF#00620101000000", "5FB#3ECB00", "18A#E803F401"];
+    // The response of MAC ID 63 has the identifier and the form of an SDO answer of node 123.
+    let frames = [
+        "70A#05",
+        "5FF#00620101000000",
+        "5FB#438E010203040506",
+        "18A#E803F401",
+    ];
     let lines = decoded("", &frames);
     let protocols = lines.iter().map(|line| line.split(' ').next().unwrap());
     let protocols: Vec<&str> = protocols.collect();
