@@ -1,5 +1,6 @@
 //! The commands of the tool, one file for each.
 
+mod bus;
 pub mod calibrate;
 mod file;
 mod help;
@@ -16,10 +17,10 @@ use crate::adapter::unread::Unread;
 use crate::adapter::{self, Adapter, Mode};
 use crate::calibrate::log::Source;
 use crate::cli::{Cli, Command, Options};
-use crate::connect::{self, Wanted};
+use crate::connect;
 use crate::eds;
 use crate::error::{Error, FileError, Kind, RequestError};
-use crate::identify::{self, Found};
+use crate::identify;
 use crate::labels::Labels;
 use crate::last::{self, Last};
 use crate::link::Link;
@@ -29,7 +30,7 @@ use crate::output::Terminal;
 use crate::question::{Name, Question};
 use crate::scan;
 use crate::serve;
-use crate::session::Session;
+use bus::Bus;
 use place::Place;
 use std::path::Path;
 
@@ -330,93 +331,4 @@ fn raw(bus: &mut Bus, request: &str, terminal: &mut Terminal) -> Result<(), Erro
     let report = ops::raw::send(&mut link, target, request)?;
     link.close();
     terminal.report(&report)
-}
-
-/// The bus of the options.
-struct Bus<'a> {
-    options: &'a Options,
-    connect: Connect<'a>,
-    /// A DeviceNet slave of another master is listened to.
-    listens: bool,
-    /// What the adapter says and the tool cannot read.
-    unread: Unread,
-    /// Where the sensor is after the command.
-    place: Option<Place>,
-    /// A sensor has answered, or a request was sent to it.
-    is_found: bool,
-    /// The bit rate of the options is not that of the last command.
-    is_rate_given: bool,
-}
-
-impl Bus<'_> {
-    fn adapter(&mut self) -> Result<Box<dyn Adapter>, Error> {
-        let port = self.options.port.as_deref();
-        let adapter = (self.connect)(port.ok_or(RequestError::NoPort)?)?;
-        self.unread = adapter.unread().unwrap_or_default();
-        Ok(adapter)
-    }
-
-    /// The names of sensors. Without them every command works.
-    fn labels(&self, terminal: &mut Terminal) -> Labels {
-        let labels = Labels::open(self.options.config.as_deref());
-        labels.unwrap_or_else(|failure| {
-            terminal.note(&failure);
-            Labels::default()
-        })
-    }
-
-    fn wanted(&self, terminal: &mut Terminal) -> Result<Wanted, Error> {
-        let options = self.options;
-        let sheet = options.eds.as_deref().map(eds::read).transpose()?;
-        let product = match (&sheet, &options.product) {
-            (Some(sheet), _) => Some(sheet.product),
-            (None, Some(name)) => Some(identify::product(name)?),
-            (None, None) => None,
-        };
-        Ok(Wanted {
-            rate: options.rate,
-            is_remembered: options.rate.is_some() && !self.is_rate_given,
-            target: options.sensor.target()?,
-            product,
-            sheet,
-            labels: self.labels(terminal),
-            listens: self.listens,
-            memory: scan::Memory::default(),
-        })
-    }
-
-    fn session(&mut self, terminal: &mut Terminal) -> Result<(Session, Found), Error> {
-        let wanted = self.wanted(terminal)?;
-        connect::session(self.adapter()?, &wanted, terminal)
-    }
-
-    /// Runs something in a session, which ends in every case.
-    fn with<T>(
-        &mut self,
-        terminal: &mut Terminal,
-        run: impl FnOnce(&mut Session, &mut Terminal) -> Result<T, Error>,
-    ) -> Result<T, Error> {
-        self.with_found(terminal, |session, _, terminal| run(session, terminal))
-    }
-
-    /// The same with what the sensor has told.
-    fn with_found<T>(
-        &mut self,
-        terminal: &mut Terminal,
-        run: impl FnOnce(&mut Session, &Found, &mut Terminal) -> Result<T, Error>,
-    ) -> Result<T, Error> {
-        let (mut session, found) = self.session(terminal)?;
-        self.is_found = true;
-        let result = run(&mut session, &found, terminal);
-        session.link.end();
-        let released = session.release();
-        session.link.close();
-        for note in session.notes.drain(..) {
-            terminal.note(&note);
-        }
-        let value = result?;
-        released?;
-        self.place = Some(Place::now(&session));
-        Ok(value)
-    }
 }
