@@ -73,6 +73,11 @@ mod tests {
     }
 
     #[test]
+    fn products_of_other_makers_are_replaced() {
+        assert!(PRODUCTS.iter().all(Product::is_replacement));
+    }
+
+    #[test]
     fn article_is_started_by_name_and_by_number() {
         for product in PRODUCTS {
             for article in product.articles() {

@@ -148,3 +148,17 @@ fn missing_object_and_missing_sub_index_have_their_own_abort_codes() {
     }
     assert_eq!(find(0x1FFF, 0), Err(Abort::NoSubIndex));
 }
+
+#[test]
+fn constant_of_16_bits_and_history_of_100_entries_behind_others_are_accepted() {
+    check(&Object {
+        data_type: DataType::U16,
+        target: Target::Constant(0x1234),
+        ..constant(0x2000, 0)
+    });
+    check(&Object {
+        count: 100,
+        target: Target::Service(Service::ErrorHistory),
+        ..constant(0x1003, 4)
+    });
+}

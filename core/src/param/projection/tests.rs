@@ -153,3 +153,26 @@ fn id_that_is_not_the_index_is_refused() {
     let [a, b] = bytes(0, 0);
     rows::<2>(&[b, a], &[]);
 }
+
+#[test]
+#[should_panic(expected = "at most 128 parameters")]
+fn number_of_factory_values_that_is_not_that_of_the_parameters_is_refused() {
+    factory::<2>(&[BYTE]);
+}
+
+#[test]
+fn parameters_with_equal_ranges_share_them() {
+    let second = |low, high| Parameter {
+        id: B,
+        ..BYTE.within(low, high, 50)
+    };
+    let first = BYTE.within(1, 100, 50);
+    for (other, size) in [
+        (second(1, 100), 1),
+        (second(1, 50), 2),
+        (second(2, 100), 2),
+        (second(2, 50), 2),
+    ] {
+        assert_eq!(pool_size(&[first, other]), size, "{other:?}");
+    }
+}
