@@ -1,7 +1,7 @@
 //! The measuring element: the accelerometer, and for products with a gyroscope the gyroscope in the same part.
 //!
 //! An `Element` is the driver of a part. It has a folder with everything that only this part has. What the drivers share is in `line`,
-//! `self_test`, `testing`, `values` and `words`. The rest of the firmware uses only the trait, `Wires` and `Fitted`.
+//! `rates`, `repeats`, `self_test`, `testing`, `values` and `words`. The rest of the firmware uses only the trait, `Wires` and `Fitted`.
 //!
 //! | part | feature | folder |
 //! |---|---|---|
@@ -15,6 +15,8 @@ pub mod adxl355;
 pub mod ism330dhcx;
 pub mod line;
 pub mod mounting;
+pub mod rates;
+pub mod repeats;
 pub mod self_test;
 pub mod values;
 

@@ -26,9 +26,9 @@
 //!   gyroscope, two axes and other ranges. The ASM330LHH has the same registers and values, and is accepted.
 //! - A word of the FIFO with a wrong tag is not a value ([`tags`]). If errors repeat within a second, there are no readings until the line
 //!   was good for 0.5 s.
-//! - A wrong bit of an acceleration is corrected ([`values`](super::values)). An angular rate is not held for that, because the fusion needs
-//!   it at its time. A temperature is used if it differs from the one before by at most 1 degC.
-//! - An axis of the accelerometer that does not change ends the readings as repeated errors do.
+//! - A wrong bit of an acceleration is corrected ([`values`](super::values)), a wrong angular rate is left out ([`rates`](super::rates)). A
+//!   temperature is used if it differs from the one before by at most 1 degC.
+//! - An axis that does not change ends the readings as repeated errors do.
 //!
 //! If the accelerometer is missing or fails, there are no readings. The driver looks for it every 5 ms. If a part answers that is not the right
 //! one, it is configured again every 100 ms. Nothing is written while the line reads FFh: the part is missing, or in its boot of 10 ms.

@@ -1,4 +1,4 @@
-//! Judges the values of a measuring element: corrects a wrong bit, and detects an axis that does not change.
+//! Judges the values of an accelerometer: corrects a wrong bit, and detects an axis that does not change.
 //!
 //! The data of an element have neither parity nor checksum, and a FIFO gives each value only once. A wrong bit on the line moves one axis of
 //! one value by a power of two, and the values before and behind it are right. A value that is far from the one before is held until two
@@ -8,22 +8,16 @@
 //! What is beside the curve depends on the last 20 ms: at rest more than `FLOOR`, under vibration more than twice the largest distance. The
 //! tolerance of the power of two is at most `FLOOR`. So a shock or a vibration is seldom corrected, and its mean stays right.
 //!
-//! The noise of each element is wider than a digit, so equal values in a row are a sign of a defect: with a noise of one digit, a quarter of
-//! the typical one of the ISM330DHCX, 32 of them have a probability of 10^-17.
-//!
 //! The loops call functions that are not inlined, because the image of the IMS360 is nearly as large as the flash.
 
-/// The number of equal values in a row that a working axis does not have: 32 to 38 ms.
-const EQUAL: u32 = 32;
+use super::repeats::Repeats;
 
 /// The values of an axis.
 #[derive(Clone, Copy, Debug)]
 struct Axis {
     /// The last two released values, and those that are not released, the oldest first.
     window: [i32; 5],
-    /// The newest value as it was received, and the number of values in a row that are equal to it.
-    newest: i32,
-    equal: u32,
+    repeats: Repeats,
     /// What the first value that is held has too much.
     wrong: i32,
 }
@@ -31,23 +25,20 @@ struct Axis {
 impl Axis {
     const INITIAL: Self = Self {
         window: [0; 5],
-        newest: 0,
-        equal: 0,
+        repeats: Repeats::INITIAL,
         wrong: 0,
     };
 
     /// Puts a value at this place of the window; into the whole window if there was no value before. True if the axis does not change.
     #[inline(never)]
     fn push(&mut self, place: usize, value: i32) -> bool {
-        if self.equal == 0 {
+        if self.repeats.is_initial() {
             self.window = [value; 5];
         }
         if let Some(place) = self.window.get_mut(place) {
             *place = value;
         }
-        self.equal = if value == self.newest { self.equal } else { 0 } + 1;
-        self.newest = value;
-        self.equal >= EQUAL
+        self.repeats.push(value)
     }
 
     /// True if the first value that is held is far from the one before.

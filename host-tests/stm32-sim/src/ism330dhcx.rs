@@ -1,4 +1,4 @@
-//! The ISM330DHCX on the SPI: accelerometer, gyroscope and thermometer, with readings from a [`Motion`]. The accelerometer has the noise of
+//! The ISM330DHCX on the SPI: accelerometer, gyroscope and thermometer, with readings from a [`Motion`] and the noise of
 //! the real one.
 //!
 //! | address | register (datasheet) | reset | |
@@ -207,7 +207,7 @@ impl Ism330dhcx {
 
     /// Sets its noise, which is the real one from the start.
     pub fn set_noise(&mut self, noise: Noise) {
-        self.sampling.digits.noise = noise;
+        self.sampling.set_noise(noise);
     }
 
     /// Removes it from the board.

@@ -5,7 +5,7 @@ use crate::rig::ims360::EMCY;
 use crate::rig::*;
 use plumbline::can::Frame;
 use stm32_sim::flash::Times;
-use stm32_sim::ism330dhcx::Fault;
+use stm32_sim::ism330dhcx::{Fault, Noise};
 
 /// The emergency messages (table 8): code, error register, no further bytes.
 fn emergency(code: u16, register: u8) -> Frame {
@@ -51,6 +51,49 @@ fn gyroscope_that_stops_is_a_defect_of_both_axes_until_it_works_again() {
         assert!(angles[0].abs_diff(2000) <= limit, "{angles:?}");
         assert!(angles[1].abs_diff(-2000) <= limit, "{angles:?}");
     }
+}
+
+/// The values do not change, but the FIFO has new ones. Reported after 32 values (38 ms) and the time without readings (200 ms).
+#[test]
+fn stuck_angular_rate_is_a_defect_until_it_changes_again() {
+    for (fusion, axis, count) in [(0, 0, 0), (1, 1, 0), (1, 2, -700)] {
+        let mut rig = Rig::ims360(tilt("ims360", 10.0, 5.0));
+        rig.download(0x3110, 2, [fusion]);
+        rig.run(3_000);
+        assert_eq!(rig.frames(), []);
+        let (io, now) = rig.io();
+        io.imu.set_noise(Noise::Real);
+        io.imu.set_fault(now, Fault::StuckRate(axis, count));
+        rig.run(300);
+        let expected = DEFECTIVE.map(|code| emergency(code, 0x81));
+        assert_eq!(rig.frames(), expected, "{fusion} {axis} {count}");
+        let (io, now) = rig.io();
+        io.imu.set_fault(now, Fault::None);
+        rig.run(2_000);
+        let expected = [emergency(0, 0x81), emergency(0, 0)];
+        assert_eq!(rig.frames(), expected, "{fusion} {axis} {count}");
+    }
+}
+
+/// Each bit of a rate about the axis of an angle. The FIFO has each value once, without a checksum.
+#[test]
+fn wrong_bit_of_an_angular_rate_does_not_turn_the_angle() {
+    let mut rig = Rig::ims360(tilt("ims360", 10.0, 5.0));
+    rig.download(0x3110, 2, [1]);
+    rig.io().0.imu.set_noise(Noise::Real);
+    rig.run(4_000);
+    for (axis, bit) in (0..2).flat_map(|axis| (0..16).map(move |bit| (axis, bit))) {
+        let (io, now) = rig.io();
+        io.imu.invert_rate(now, axis, bit);
+        for _ in 0..15 {
+            rig.run(4);
+            let angles = [0x6110, 0x6120].map(|index| rig.upload(index, 0) as i32);
+            // With the noise.
+            let is_right = angles[0].abs_diff(1000) <= 5 && angles[1].abs_diff(500) <= 5;
+            assert!(is_right, "axis {axis}, bit {bit}: {angles:?}");
+        }
+    }
+    assert_eq!(rig.frames(), []);
 }
 
 /// A bit error costs values of both sensors, a reset of the part 70 ms. Neither is a defect, and the angle stays.

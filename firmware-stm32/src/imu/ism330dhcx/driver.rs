@@ -5,6 +5,7 @@ use super::registers::READ;
 use super::tags::Tags;
 use crate::board::ImuWires;
 use crate::imu::line::Line;
+use crate::imu::rates::Rates;
 use crate::imu::self_test::SetUp;
 use crate::imu::testing::Testing;
 use crate::imu::values::Values;
@@ -89,6 +90,7 @@ impl From<SpiError> for Trouble {
 /// The gyroscope.
 pub(super) struct Gyroscope {
     pub(super) rate: MeanRate<FRACTION>,
+    pub(super) rates: Rates,
     /// The number of samples without an angular rate.
     pub(super) silent: u8,
     /// Values were lost before the next reading.
@@ -98,6 +100,7 @@ pub(super) struct Gyroscope {
 impl Gyroscope {
     pub(super) const INITIAL: Self = Self {
         rate: MeanRate::new(),
+        rates: Rates::INITIAL,
         silent: 0,
         lost: false,
     };

@@ -91,9 +91,14 @@ impl<const TESTS: usize, const GYROSCOPES: usize> Ism330dhcx<TESTS, GYROSCOPES> 
         }
         self.line.good();
         if let Some(gyroscope) = self.gyroscope.first_mut()
-            && let Some(counts) = counts::rate_word(bytes)
+            && let Some(mut counts) = counts::rate_word(bytes)
         {
+            let clipped = counts::is_clipped(counts);
+            let is_stuck = gyroscope.rates.push(&mut counts);
             gyroscope.rate.push(counts);
+            if is_stuck && !clipped {
+                self.fail(now, Trouble::Stuck);
+            }
             return None;
         }
         let counts = match counts::word(bytes) {

@@ -1,7 +1,4 @@
-//! The digits of the accelerometer, with its noise or another one.
-
-/// The noise density in g per square root of Hz (datasheet, An, high-performance mode).
-const DENSITY: f64 = 60e-6;
+//! The digits of an accelerometer or gyroscope, with its noise or another one.
 
 /// The noise of a part.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -9,13 +6,13 @@ pub enum Noise {
     /// That of the datasheet.
     Real,
     /// The digits are one higher and one lower in turn, because a real part does not repeat a digit for long. That is half the data rate,
-    /// which no filter behind it lets pass. Nothing is random.
+    /// which no filter behind it lets pass. Nothing is random. A gyroscope that does not turn has zeros: the angular rate has no filter.
     Alternating,
     /// None, for tests of the part itself: the driver would take it for a defective one.
     None,
 }
 
-/// From the acceleration to the digits of the three axes.
+/// From the values to the digits of the three axes.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Digits {
     random: u64,
@@ -38,30 +35,24 @@ impl Digits {
         }
     }
 
-    /// The digits of an acceleration in g at this data rate in Hz, `unit` g per digit.
-    ///
-    /// The real noise is wider than a digit, so the mean of many digits is the acceleration. Otherwise the rest of each value is added to the
-    /// next value: the mean is the acceleration too.
-    pub(crate) fn of(&mut self, acceleration: [f64; 3], rate: f64, unit: f64) -> [i16; 3] {
-        let deviation = DENSITY * (rate / 2.0).sqrt();
-        let digits = self.rounded(acceleration, deviation, unit);
+    /// The digits of 16 bits ([`rounded`](Self::rounded)).
+    pub(crate) fn of(&mut self, values: [f64; 3], deviation: f64, unit: f64) -> [i16; 3] {
+        let digits = self.rounded(values, deviation, unit);
         digits.map(|digit| digit.clamp(i16::MIN.into(), i16::MAX.into()) as i16)
     }
 
-    /// The digits of an acceleration, with noise of this standard deviation, both in g.
-    pub(crate) fn rounded(
-        &mut self,
-        acceleration: [f64; 3],
-        deviation: f64,
-        unit: f64,
-    ) -> [f64; 3] {
+    /// The digits of values, with noise of this standard deviation, and `unit` per digit.
+    ///
+    /// The real noise is wider than a digit, so the mean of many digits is the value. Otherwise the rest of each value is added to the next
+    /// value: the mean is the value too.
+    pub(crate) fn rounded(&mut self, values: [f64; 3], deviation: f64, unit: f64) -> [f64; 3] {
         let mut digits = [0.0; 3];
         for (axis, digit) in digits.iter_mut().enumerate() {
             let added = match self.noise {
                 Noise::Real => self.normal() * deviation / unit,
                 Noise::Alternating | Noise::None => self.rest[axis],
             };
-            let exact = acceleration[axis] / unit + added;
+            let exact = values[axis] / unit + added;
             *digit = exact.round();
             self.rest[axis] = (exact - *digit).clamp(-0.5, 0.5);
             if self.noise == Noise::Alternating {
@@ -96,14 +87,15 @@ impl Default for Digits {
 mod tests {
     use super::*;
 
-    const RATE: f64 = 833.375;
+    /// 60 ug * sqrt(833.375 / 2).
+    const DEVIATION: f64 = 1.225e-3;
     const UNIT: f64 = 244e-6;
 
     /// Mean and standard deviation of one axis in g.
     fn statistics(mut digits: Digits, acceleration: f64) -> (f64, f64) {
         const COUNT: u32 = 100_000;
         let values: Vec<f64> = (0..COUNT)
-            .map(|_| f64::from(digits.of([0.0, acceleration, 1.0], RATE, UNIT)[1]) * UNIT)
+            .map(|_| f64::from(digits.of([0.0, acceleration, 1.0], DEVIATION, UNIT)[1]) * UNIT)
             .collect();
         let mean = values.iter().sum::<f64>() / f64::from(COUNT);
         let square = values.iter().map(|value| (value - mean).powi(2));
@@ -111,10 +103,10 @@ mod tests {
     }
 
     #[test]
-    fn noise_has_the_density_of_the_datasheet_and_averages_out() {
+    fn noise_has_its_deviation_and_averages_out() {
         for (seed, acceleration) in [(1, 0.0), (2, 0.1001), (3, -0.500_09)] {
             let (mean, deviation) = statistics(Digits::new(seed), acceleration);
-            // 60 ug * sqrt(833.375 / 2) = 1.225 mg, and the uniform distribution of a rounded digit
+            // With the uniform distribution of a rounded digit.
             assert!((deviation / 1.227e-3 - 1.0).abs() < 0.01, "{deviation}");
             assert!((mean - acceleration).abs() < 15e-6, "{mean}");
         }
@@ -124,7 +116,7 @@ mod tests {
     fn noise_is_the_same_for_the_same_seed_only() {
         let first = |seed| {
             let mut digits = Digits::new(seed);
-            [(); 8].map(|()| digits.of([0.0; 3], RATE, UNIT))
+            [(); 8].map(|()| digits.of([0.0; 3], DEVIATION, UNIT))
         };
         assert_eq!(first(1), first(1));
         assert_ne!(first(1), first(2));
@@ -153,7 +145,7 @@ mod tests {
             let (mean, _) = statistics(with(Noise::Alternating), acceleration);
             assert!((mean - acceleration).abs() < 1e-8, "{mean}");
             let mut digits = with(Noise::Alternating);
-            let mut next = || digits.of([acceleration; 3], RATE, UNIT)[0];
+            let mut next = || digits.of([acceleration; 3], DEVIATION, UNIT)[0];
             let mut last = next();
             for _ in 0..1000 {
                 let digit = next();
@@ -168,10 +160,10 @@ mod tests {
         let mut digits = with(Noise::None);
         for _ in 0..10 {
             assert_eq!(
-                digits.of([9.0, -9.0, 0.0], RATE, UNIT),
+                digits.of([9.0, -9.0, 0.0], DEVIATION, UNIT),
                 [32_767, -32_768, 0]
             );
         }
-        assert!(digits.of([0.0; 3], RATE, UNIT)[0] <= 1);
+        assert!(digits.of([0.0; 3], DEVIATION, UNIT)[0] <= 1);
     }
 }

@@ -16,6 +16,8 @@ pub enum Fault {
     Frozen,
     /// The acceleration of one axis (0: X, 2: Z) has always this count.
     Stuck(usize, i16),
+    /// The angular rate about one axis has always this count.
+    StuckRate(usize, i16),
     /// Its oscillator has stopped: it answers, but there are no samples.
     Stopped,
     /// Its gyroscope has stopped; the accelerometer and the thermometer work.
@@ -58,6 +60,12 @@ impl Ism330dhcx {
     /// Inverts the bits `mask` of this register the next `times` times that the register is read: a disturbance on the line.
     pub fn spoil(&mut self, register: u8, mask: u8, times: u32) {
         self.line.spoil(register, mask, times);
+    }
+
+    /// Inverts this bit of the next angular rate in the FIFO, about this axis: a disturbance on the line.
+    pub fn invert_rate(&mut self, now: Picoseconds, axis: usize, bit: u32) {
+        self.settle(now);
+        self.sampling.inverted[axis] ^= 1 << bit;
     }
 
     /// Inverts the bits `mask` of a control register: a disturbance in the part.

@@ -2,7 +2,7 @@
 
 use super::super::timebase::{MICROSECOND, Picoseconds, SECOND};
 use super::Fault;
-use super::digits::Digits;
+use super::digits::{Digits, Noise};
 use super::fifo::{Fifo, Sensor};
 use super::filter::{LowPass, Memory};
 use super::sibling::Sibling;
@@ -28,6 +28,11 @@ const RATE_UNIT_4000: f64 = 140_000.0;
 
 /// Cut-off of LPF2 as divisor of the output data rate, by HPCF_XL (datasheet, "Accelerometer bandwidth configurations").
 const CUTOFFS: [f64; 8] = [4.0, 10.0, 20.0, 45.0, 100.0, 200.0, 400.0, 800.0];
+
+/// The noise density of the accelerometer in g, and of the gyroscope in deg/s per square root of Hz (datasheet, An and Rn, high-performance
+/// mode).
+const DENSITY: f64 = 60e-6;
+const RATE_DENSITY: f64 = 5e-3;
 
 /// The rate of the thermometer in Hz (datasheet, TODR), and counts per degree relative to 25 degC.
 const THERMOMETER_RATE: f64 = OSCILLATOR / 128.0;
@@ -113,8 +118,11 @@ pub(super) struct Sampling {
     gyroscope: Clock,
     thermometer: Clock,
     acceleration_unit: f64,
-    pub(super) digits: Digits,
+    digits: Digits,
     rate_unit: f64,
+    rate_digits: Digits,
+    /// The bits of the next angular rate that are inverted on the line.
+    pub(super) inverted: [i16; 3],
     low_pass: Option<LowPass>,
     memories: [Memory; 3],
     self_test: f64,
@@ -144,6 +152,8 @@ impl Default for Sampling {
             acceleration_unit: Sibling::Ism330dhcx.units()[0],
             digits: Digits::new(0),
             rate_unit: RATE_UNITS[0],
+            rate_digits: Digits::new(1),
+            inverted: [0; 3],
             low_pass: None,
             memories: [Memory::default(); 3],
             self_test: 0.0,
@@ -162,8 +172,14 @@ impl Sampling {
             self_test_works: self.self_test_works,
             sibling: self.sibling,
             digits: self.digits,
+            rate_digits: self.rate_digits,
             ..Self::default()
         };
+    }
+
+    pub(super) fn set_noise(&mut self, noise: Noise) {
+        self.digits.noise = noise;
+        self.rate_digits.noise = noise;
     }
 
     /// Changes the clock of the part from the next sample on.
@@ -276,8 +292,17 @@ impl Sampling {
                 self.gyroscope.samples += 1;
             }
             if due[1] && fault != Fault::WithoutRate {
-                let counts = vector(reading.angular_rate, 65536.0)
-                    .map(|rate| count(rate * 1e6 / self.rate_unit));
+                let rates = vector(reading.angular_rate, 65536.0);
+                let deviation = RATE_DENSITY * (self.gyroscope.rate / 2.0).sqrt();
+                let unit = self.rate_unit / 1e6;
+                let is_ideal = self.rate_digits.noise == Noise::Alternating && rates == [0.0; 3];
+                let mut counts = match is_ideal {
+                    true => [0; 3],
+                    false => self.rate_digits.of(rates, deviation, unit),
+                };
+                if let Fault::StuckRate(axis, count) = fault {
+                    counts[axis] = count;
+                }
                 self.status.rate |= set(&mut self.outputs[1..4], counts, fault);
                 let number = self.gyroscope.samples;
                 self.batch(Sensor::Gyroscope, number, fault);
@@ -305,8 +330,9 @@ impl Sampling {
                 *value = low_pass.step(memory, *value);
             }
         }
-        let rate = self.accelerometer.rate;
-        let mut counts = self.digits.of(values, rate, self.acceleration_unit);
+        let deviation = DENSITY * (self.accelerometer.rate / 2.0).sqrt();
+        let unit = self.acceleration_unit;
+        let mut counts = self.digits.of(values, deviation, unit);
         counts[self.sibling.axes()..].fill(0);
         if let Fault::Stuck(axis, count) = fault {
             counts[axis] = count;
@@ -322,9 +348,13 @@ impl Sampling {
             return;
         }
         let newest = |place: usize| self.outputs[place].newest;
+        let inverted = match sensor {
+            Sensor::Gyroscope => std::mem::take(&mut self.inverted),
+            _ => [0; 3],
+        };
         let counts = match sensor {
             Sensor::Thermometer => [newest(0), 0, 0],
-            Sensor::Gyroscope => [1, 2, 3].map(newest),
+            Sensor::Gyroscope => [0, 1, 2].map(|axis| newest(1 + axis) ^ inverted[axis]),
             Sensor::Accelerometer => [4, 5, 6].map(newest),
         };
         self.fifo.push(sensor, number, counts);
