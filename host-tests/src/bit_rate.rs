@@ -9,8 +9,8 @@ use plumbline::time::{Duration, Instant, after};
 const FRAMES_MAX: usize = 12;
 
 /// The maximum number of attempts of a master that is alone with the sensor. It is error passive after 16 attempts; from then on its
-/// error flags do not disturb the frame.
-const ATTEMPTS_MAX: u64 = 30;
+/// error flags do not disturb the frame. At 1 Mbit/s, a sensor on a board misses some more while it calculates a sample.
+const ATTEMPTS_MAX: u64 = 36;
 
 /// The time between the starts of two polls in us; 0: back to back.
 const PERIODS: [u64; 16] = [
@@ -63,7 +63,7 @@ pub fn check_detection<S: Sensor>(
     println!("at most {most} frames");
 }
 
-/// Checks that a sensor that is alone with a master acknowledges its frame within 30 attempts, at each bit rate and with frames of
+/// Checks that a sensor that is alone with a master acknowledges its frame within 36 attempts, at each bit rate and with frames of
 /// four shapes.
 ///
 /// # Panics

@@ -428,8 +428,14 @@ pub fn bus_off_by_a_disturbed_bit_rate_ends_without_recovery() {
     // SJW: the simulated wire corrupts the frames of a sensor at its rate only.
     for bit in [24, 25] {
         rig.run(200);
-        rig.frames();
         let before = invert(&mut rig, CAN_BTR, bit).expect("a register");
+        // The next comparison must come after the bus-off, so the disturbance is just after one.
+        while rig.microcontroller_mut().configured(CAN_BTR) != Some(before) {
+            rig.run(1);
+        }
+        rig.run(20);
+        rig.frames();
+        invert(&mut rig, CAN_BTR, bit).expect("a register");
         rig.bus.corrupt(32, Some(Source::Device(rig.sensor)));
         rig.wait_until(100, 1000, |rig| {
             rig.device().bus_state() == Some(BusState::BusOff)

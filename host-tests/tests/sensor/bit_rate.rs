@@ -26,7 +26,7 @@ fn each_rate_is_detected_within_2_frames_at_any_period_and_phase() {
 }
 
 #[test]
-fn lone_master_is_acknowledged_within_30_attempts() {
+fn lone_master_is_acknowledged_within_36_attempts() {
     check_lone_master(sensor);
 }
 
