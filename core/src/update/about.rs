@@ -1,11 +1,11 @@
 //! What the ELF file of a program says of it: the section `.plumbline.program`, which is not loaded.
 //!
 //! ```text
-//!  byte 0        2       3       4       6
-//!       +--------+-------+-------+-------+
-//!       | product| patch | minor | major |
-//!       | u16    | u8    | u8    | u16   |
-//!       +--------+-------+-------+-------+
+//!  byte 0         2       3       4       6
+//!       +---------+-------+-------+-------+
+//!       | product | patch | minor | major |
+//!       | u16     | u8    | u8    | u16   |
+//!       +---------+-------+-------+-------+
 //! ```
 //!
 //! Numbers are little-endian, so bytes 2 to 6 are the version of a [`Header`](super::Header).

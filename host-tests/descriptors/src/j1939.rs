@@ -322,7 +322,7 @@ fn signals(text: &mut String, group: &Group) {
 }
 
 /// The value of one bit as a fraction, the value of the number 0, and the unit of both.
-fn scale(signal: &Signal) -> ((u64, u64), i32, &'static str) {
+pub fn scale(signal: &Signal) -> ((u64, u64), i32, &'static str) {
     match signal.contents {
         Contents::Value {
             resolution,

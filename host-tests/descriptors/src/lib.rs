@@ -11,6 +11,7 @@ pub mod unit;
 
 pub use dbc::dbc;
 pub use eds::eds;
+pub use j1939::scale as signal_scale;
 pub use markdown::{Table, table};
 
 use plumbline::model::catalog::{Product, Protocol};

@@ -219,7 +219,7 @@ impl Known {
 pub struct Device {
     known: Known,
     possible: Vec<usize>,
-    /// The device has told its product, or the user.
+    /// The device or the user has named the product.
     is_told: bool,
     /// The number of the parameter that selects the unit of others, if it was read or written.
     resolution: Option<u32>,

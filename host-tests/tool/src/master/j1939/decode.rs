@@ -4,13 +4,14 @@ use super::{PROTOCOL, tables};
 use crate::decode::{Decoded, Decoder, Device, Known, Named};
 use crate::master::canopen;
 use crate::master::canopen::decode::sdo::Transfer;
+use descriptors::signal_scale;
 use plumbline::can::Frame;
 use plumbline::j1939::identifier::{
     ACKNOWLEDGEMENT, ACTIVE_CODES, ADDRESS_CLAIMED, COMMANDED_ADDRESS, COMPONENT_IDENTIFICATION,
     ECU_IDENTIFICATION, GLOBAL, Identifier, NO_ADDRESS, PROPRIETARY_A, Pgn, REQUEST,
     SOFTWARE_IDENTIFICATION, TRANSPORT_CONTROL, TRANSPORT_DATA, pgn_of,
 };
-use plumbline::j1939::signal::{Contents, Group, Signal};
+use plumbline::j1939::signal::{Group, Signal};
 use plumbline::j1939::transport::{Control, PACKET};
 use serde_json::json;
 use std::collections::HashMap;
@@ -311,25 +312,9 @@ fn troubles(data: &[u8]) -> Option<Vec<Named>> {
 fn signals(signals: &[Signal], bytes: &[u8; 8]) -> Vec<Named> {
     let data = u64::from_le_bytes(*bytes);
     let value = |signal: &Signal| {
-        let mask = (1_u64 << signal.bits) - 1;
+        let mask = u64::MAX >> (64 - u32::from(signal.bits));
         let raw = data >> signal.start & mask;
-        let (scale, unit) = match signal.contents {
-            Contents::Value {
-                resolution,
-                offset,
-                unit,
-                ..
-            }
-            | Contents::Own {
-                resolution,
-                offset,
-                unit,
-            } => ((resolution, offset), unit),
-            Contents::Latency => (((1, 2), 0), "ms"),
-            Contents::Merit(_) | Contents::Compensation | Contents::UnknownLatency => {
-                (((1, 1), 0), "")
-            }
-        };
+        let ((dividend, divisor), offset, unit) = signal_scale(signal);
         let name = match signal.spn {
             0 => signal.name.to_owned(),
             spn => format!("{} (SPN {spn})", signal.name),
@@ -342,8 +327,7 @@ fn signals(signals: &[Signal], bytes: &[u8; 8]) -> Vec<Named> {
         if is_number && raw >> (signal.bits - 8) > 0xFA {
             return Named::text(name, "error");
         }
-        let ((dividend, divisor), offset) = scale;
-        let number = (raw * dividend) as f64 / divisor as f64 + f64::from(offset);
+        let number = raw as f64 * dividend as f64 / divisor as f64 + f64::from(offset);
         let text = match is_number {
             true => format!("{number:.4}"),
             false => raw.to_string(),

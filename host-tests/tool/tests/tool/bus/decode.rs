@@ -1,11 +1,13 @@
 //! `decode`: what the frames of a log are.
 
 use super::rig::{Rig, file};
-use plumbline::can::Frame;
+use plumbline::can::{CanId, Frame};
 use plumbline::model::catalog::PRODUCTS;
+use plumbline_tool::decode::Bus;
 use plumbline_tool::master::Protocol;
 use serde_json::Value;
 use std::path::PathBuf;
+use std::sync::atomic::{AtomicU32, Ordering};
 
 /// A log with these frames.
 fn log(name: &str, frames: impl IntoIterator<Item = Frame>) -> PathBuf {
@@ -28,7 +30,9 @@ fn documents(rig: &mut Rig, path: &std::path::Path) -> Vec<Value> {
 
 /// What the frames with these texts are, without the frames.
 fn decoded(options: &str, frames: &[&str]) -> Vec<String> {
-    let name = format!("decoded-{:x}", frames.concat().len());
+    // Tests run at once, each with its own file.
+    static NEXT: AtomicU32 = AtomicU32::new(0);
+    let name = format!("decoded-{}", NEXT.fetch_add(1, Ordering::Relaxed));
     let frames = frames.iter().map(|text| can_wire::text::frame(text));
     let path = log(&name, frames);
     let mut rig = Rig::with("is2");
@@ -231,4 +235,54 @@ fn log_decodes_what_it_hears() {
     // The tool reads its own lines.
     let again = rig.done(&format!("decode {}", path.display()));
     assert_eq!(again.lines().count(), text.lines().count());
+}
+
+/// Random frames, of which half have the identifier or the beginning of a request that a protocol knows.
+#[test]
+fn random_frames_of_all_lengths_are_decoded_without_a_panic() {
+    const IDS: [u32; 16] = [
+        0x000, 0x080, 0x08A, 0x18A, 0x28A, 0x300, 0x301, 0x3F7, 0x3FF, 0x41F, 0x58A, 0x60A, 0x70A,
+        0x7E4, 0x7E5, 0x7FF,
+    ];
+    const GROUPS: [u32; 8] = [
+        0x18EA_FF21,
+        0x18EE_FF80,
+        0x18EF_8021,
+        0x18EF_2180,
+        0x18EC_FF80,
+        0x18EB_FF80,
+        0x0CF0_2980,
+        0x18FE_CA80,
+    ];
+    const BEGINS: [u8; 16] = [
+        0x00, 0x0A, 0x0E, 0x10, 0x20, 0x21, 0x23, 0x40, 0x43, 0x4B, 0x60, 0x80, 0x8E, 0xA0, 0xC0,
+        0xFF,
+    ];
+    let mut state = 0x9E37_79B9_7F4A_7C15_u64;
+    let mut random = move |below: u32| {
+        state ^= state << 13;
+        state ^= state >> 7;
+        state ^= state << 17;
+        (state >> 32) as u32 % below
+    };
+    let mut bus = Bus::new();
+    let mut known = 0;
+    for _ in 0..100_000 {
+        let id = match random(4) {
+            0 => CanId::standard(random(0x800) as u16),
+            1 => CanId::standard(IDS[random(16) as usize] as u16),
+            2 => CanId::extended(random(0x2000_0000)),
+            _ => CanId::extended(GROUPS[random(8) as usize]),
+        };
+        let mut bytes: [u8; 8] = std::array::from_fn(|_| random(256) as u8);
+        if random(2) == 0 {
+            bytes[0] = BEGINS[random(16) as usize];
+        }
+        let frame = Frame::of(id, bytes, random(9) as u8);
+        if let Some(decoded) = bus.decode(&frame) {
+            known += 1;
+            let _ = (decoded.to_string(), decoded.json());
+        }
+    }
+    assert!(known > 10_000, "{known}");
 }
