@@ -2,6 +2,7 @@
 
 use crate::rig::Rig;
 use plumbline::can::{CanId, Frame};
+use plumbline::update::Sensor;
 
 /// The longest time of an answer in ms: a block of 217 bytes erases a page and programs 128 half-words; at 10 kbit/s the frames of the
 /// block take 400 ms.
@@ -24,6 +25,15 @@ impl<'a> Client<'a> {
             rig,
             request: CanId::standard(0x67F),
             reply: CanId::standard(0x5FF),
+        }
+    }
+
+    /// A client of a bootloader with a boot record of this sensor.
+    pub fn of_known(rig: &'a mut Rig, sensor: &Sensor) -> Self {
+        Self {
+            rig,
+            request: sensor.request,
+            reply: sensor.reply,
         }
     }
 
@@ -88,13 +98,29 @@ impl<'a> Client<'a> {
         assert_eq!(reply, [0x60, 0x51, 0x1F, 1, 0, 0, 0, 0]);
     }
 
-    /// Downloads a file to 1F50h:01 by blocks, after a clear command. Err has the reply that refuses it; None: the power was cut.
+    /// Begins a download of a file to 1F50h:01 by blocks, after a clear command.
     #[track_caller]
-    pub fn download(&mut self, file: &[u8]) -> Result<(), Option<[u8; 8]>> {
+    fn begin(&mut self, file: &[u8]) {
         self.control(3);
         let [a, b, c, d] = (file.len() as u32).to_le_bytes();
         let reply = self.ask([0xC2, 0x50, 0x1F, 1, a, b, c, d]);
         assert_eq!(reply, [0xA0, 0x50, 0x1F, 1, BLOCK as u8, 0, 0, 0]);
+    }
+
+    /// Begins a download and sends nine segments of its first block.
+    #[track_caller]
+    pub fn leave_in_block(&mut self, file: &[u8]) {
+        self.begin(file);
+        for (number, segment) in (1..10).zip(file.as_chunks().0) {
+            let [a, b, c, d, e, f, g] = *segment;
+            self.send([number, a, b, c, d, e, f, g]);
+        }
+    }
+
+    /// Downloads a file to 1F50h:01 by blocks, after a clear command. Err has the reply that refuses it; None: the power was cut.
+    #[track_caller]
+    pub fn download(&mut self, file: &[u8]) -> Result<(), Option<[u8; 8]>> {
+        self.begin(file);
         let segments: Vec<_> = file.chunks(7).collect();
         let mut left = segments.len();
         for block in segments.chunks(BLOCK) {
