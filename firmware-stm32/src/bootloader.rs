@@ -22,17 +22,14 @@ mod pages;
 use crate::board::Basis;
 use can::{Can, Request};
 use core::arch::asm;
-use cortex_m::peripheral::SYST;
 use cortex_m::peripheral::syst::SystClkSource;
+use cortex_m::peripheral::{SCB, SYST};
 use pages::Pages;
 use plumbline::can::{BitRate, CanId};
 use plumbline::node::Leds;
 use plumbline::time::{Duration, Instant, after, millis, reached};
+use plumbline::update::layout::BLUEPILL;
 use plumbline::update::{Device, Program, Record, Update, UpdateServer};
-
-/// The number of the board in the header of a program, and of its layout: one slot.
-const BOARD: u16 = 1;
-const LAYOUT: u8 = 1;
 
 /// The identifiers without a boot record: those of node 127.
 const REQUEST: CanId = CanId::standard(0x67F);
@@ -49,25 +46,31 @@ pub unsafe fn run() -> ! {
     let asked = mailbox::take();
     // SAFETY: the caller owns all peripherals.
     let mut pages = unsafe { Pages::take() };
-    let program = Program::at_start(&mut pages);
+    let program = Program::of(&pages);
     if let (None, Program::Complete(_)) = (&asked, &program) {
         start();
+    }
+    // SAFETY: as above. An operation of the flash needs the voltage detector.
+    let board = unsafe { Basis::take() };
+    let program = program.committed(&mut pages);
+    if let (None, Program::Complete(_)) = (&asked, &program) {
+        // The program starts with the registers of a reset.
+        SCB::sys_reset();
     }
     if let Some(record) = &asked {
         // Before the flash of the program changes: afterwards nobody else knows it. If it fails, the mailbox is sufficient for this start.
         let _ = pages.keep(record);
     }
     let record = asked.or_else(|| pages.newest_record());
-    // SAFETY: as above.
-    update(unsafe { Basis::take() }, pages, program, record)
+    update(board, pages, program, record)
 }
 
 /// Updates the program. Ends by a reset.
 fn update(mut board: Basis, slot: Pages, program: Program, record: Option<Record>) -> ! {
     let device = Device {
         product: record.map(|record| record.product()),
-        board: BOARD,
-        layout: LAYOUT,
+        board: BLUEPILL.board,
+        layout: BLUEPILL.number,
     };
     let (request, reply) =
         record.map_or((REQUEST, REPLY), |known| (known.request(), known.reply()));
@@ -104,7 +107,7 @@ fn update(mut board: Basis, slot: Pages, program: Program, record: Option<Record
             can.send(reply, bytes, 8);
         }
         if can.is_idle() && update.take_restart() {
-            cortex_m::peripheral::SCB::sys_reset();
+            SCB::sys_reset();
         }
         board.leds.show(Leds {
             run: true,

@@ -141,6 +141,17 @@ impl Header {
         &self.0
     }
 
+    /// Puts the header with its commit into the body of a program, as it is in the flash after an update.
+    pub fn commit(&self, body: &mut [u8]) {
+        let place = body.get_mut(PLACE..).and_then(<[u8]>::first_chunk_mut);
+        if let Some(place) = place {
+            *place = self.0;
+        }
+        if let Some(commit) = body.get_mut(COMMIT..COMMIT + 2) {
+            commit.fill(0);
+        }
+    }
+
     /// The layout of the memory for which the program is linked.
     pub fn layout(&self) -> u8 {
         (number(&self.0, 4) >> 8) as u8

@@ -2,6 +2,7 @@
 //!
 //! - [`about`]: what the ELF file of a program says of it;
 //! - [`header`]: the image file, and what a program says of itself;
+//! - [`layout`]: the boards with a bootloader;
 //! - [`mod@slot`]: the flash of the program, and whether a program can be started;
 //! - [`loader`]: takes an image file in pieces, and never starts a mixture;
 //! - [`record`]: the identifiers and the bit rate with which the bootloader answers;
@@ -28,6 +29,7 @@
 
 pub mod about;
 pub mod header;
+pub mod layout;
 pub mod loader;
 pub mod objects;
 pub mod record;
@@ -38,6 +40,7 @@ pub mod slot;
 
 pub use about::About;
 pub use header::{Contents, Device, Header, Unfit};
+pub use layout::Layout;
 pub use loader::{Failure, Loader, Status};
 pub use objects::Update;
 pub use record::{Record, Sensor};

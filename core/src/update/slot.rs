@@ -60,10 +60,9 @@ impl Program {
         }
     }
 
-    /// The program in a slot at a start: an uncommitted one is completed. If the flash fails, it must be loaded again.
-    pub fn at_start(slot: &mut impl Slot) -> Self {
-        let program = Self::of(slot);
-        program.complete(slot).unwrap_or(Self::None)
+    /// The program after a start: an uncommitted one is completed. If the flash fails, it must be loaded again.
+    pub fn committed(self, slot: &mut impl Slot) -> Self {
+        self.complete(slot).unwrap_or(Self::None)
     }
 
     /// Its header, if it is complete.

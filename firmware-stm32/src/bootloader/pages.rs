@@ -2,13 +2,14 @@
 
 use crate::board::{Flash, pac};
 use crate::flash::Sectors;
+use plumbline::update::layout::BLUEPILL;
 use plumbline::update::record;
 use plumbline::update::{Record, Slot, SlotError};
 
 /// The address of the program.
-pub const PROGRAM: usize = 0x0800_2000;
+pub const PROGRAM: usize = BLUEPILL.start as usize;
 /// The pages of a program. The page of the boot record follows them.
-const COUNT: usize = 53;
+const COUNT: usize = BLUEPILL.size / PAGE;
 /// The size of a page in bytes.
 const PAGE: usize = 1024;
 

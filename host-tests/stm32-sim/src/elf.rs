@@ -9,7 +9,7 @@ use super::board::Board;
 use object::elf::{EM_ARM, FileHeader32, PT_LOAD};
 use object::read::elf::{ElfFile32, FileHeader, ProgramHeader};
 use object::{Endianness, Object, ObjectSection, ObjectSymbol, SectionKind, SymbolKind};
-use plumbline::update::header::{COMMIT, PLACE};
+use plumbline::update::layout::LAYOUTS;
 use plumbline::update::{About, Contents, Header};
 use rustc_demangle::demangle;
 pub use shares::{Part, Shares};
@@ -62,10 +62,6 @@ const BOARD: &str = ".plumbline.board";
 
 /// The section with product and version.
 const PROGRAM: &str = ".plumbline.program";
-
-/// The numbers of the Blue Pill and of its layout in the header of a program.
-const BOARD_NUMBER: u16 = 1;
-const LAYOUT: u8 = 1;
 
 /// The start of RAM.
 const RAM_START: u32 = 0x2000_0000;
@@ -199,17 +195,18 @@ impl Image {
             body[place..end].copy_from_slice(&segment.bytes);
         }
         let about = self.about?;
+        let name = self.board.facts().name;
+        let layout = LAYOUTS.iter().find(|layout| layout.name == name)?;
         let contents = Contents {
             product: about.product(),
-            board: BOARD_NUMBER,
-            layout: LAYOUT,
+            board: layout.board,
+            layout: layout.number,
             key: 0,
             version: about.version(),
             hash: [0; 32],
         };
         let header = Header::new(&contents, &body)?;
-        body[PLACE..PLACE + header.bytes().len()].copy_from_slice(header.bytes());
-        body[COMMIT..COMMIT + 2].fill(0);
+        header.commit(&mut body);
         Some(Segment {
             load_address: start,
             address: start,

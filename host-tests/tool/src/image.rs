@@ -6,29 +6,8 @@ use object::read::elf::{ElfFile32, FileHeader, ProgramHeader};
 use object::{Endianness, Object, ObjectSection};
 use plumbline::model::catalog::PRODUCTS;
 use plumbline::update::header::{PAGE, PLACE, SIZE};
+use plumbline::update::layout::LAYOUTS;
 use plumbline::update::{About, Contents, Header};
-
-/// A board with a bootloader.
-struct Board {
-    name: &'static str,
-    /// Its number in a header.
-    number: u16,
-    /// The layout of its memory in a header.
-    layout: u8,
-    /// The address of the program.
-    start: u32,
-    /// The size of the slot in bytes.
-    size: usize,
-}
-
-/// The boards with a bootloader.
-const BOARDS: [Board; 1] = [Board {
-    name: "bluepill",
-    number: 1,
-    layout: 1,
-    start: 0x0800_2000,
-    size: 53 * 1024,
-}];
 
 /// An image file and what it is for.
 #[derive(Clone, PartialEq, Eq, Debug)]
@@ -56,7 +35,7 @@ impl ImageFile {
         let file: ElfFile32 = ElfFile32::parse(elf).map_err(told)?;
         let section = |name| file.section_by_name(name).and_then(|it| it.data().ok());
         let name = String::from_utf8_lossy(section(".plumbline.board").ok_or(Fault::NoFirmware)?);
-        let board = BOARDS.iter().find(|board| board.name == name);
+        let board = LAYOUTS.iter().find(|board| board.name == name);
         let board = board.ok_or_else(|| Fault::NoBootloader(name.into_owned()))?;
         let about = section(".plumbline.program").and_then(About::parse);
         let about = about.ok_or(Fault::NoFirmware)?;
@@ -81,8 +60,8 @@ impl ImageFile {
         }
         let contents = Contents {
             product: about.product(),
-            board: board.number,
-            layout: board.layout,
+            board: board.board,
+            layout: board.number,
             key: 0,
             version: about.version(),
             hash: [0; 32],

@@ -156,7 +156,7 @@ fn cut(mut flash: Flash, new: &[u8], first: usize, second: Option<usize>) {
         let result = download(&mut flash, &mut Loader::new(), new, 217);
         flash.power = None;
         let cut = std::format!("cut at {first}, {second:?}");
-        let started = Program::at_start(&mut flash);
+        let started = Program::of(&flash).committed(&mut flash);
         let version = started.header().map(Header::version);
         assert!(matches!(version, None | Some(OLD | NEW)), "{cut}");
         assert!(version.is_some() || result.is_err(), "{cut}");

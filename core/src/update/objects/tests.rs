@@ -29,7 +29,7 @@ struct Bus {
 
 impl Bus {
     fn new(mut flash: Flash) -> Self {
-        let program = Program::at_start(&mut flash);
+        let program = Program::of(&flash).committed(&mut flash);
         let record = Record::new(&SENSOR, crc);
         Self {
             update: Update::new(flash, program, DEVICE, Some(record)),

@@ -1,0 +1,28 @@
+//! The memory layouts of the boards with a bootloader, and their numbers in a [`Header`](super::Header).
+
+/// Where the program of a board is.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Layout {
+    /// The name of the board.
+    pub name: &'static str,
+    /// The number of the board.
+    pub board: u16,
+    /// The number of the layout.
+    pub number: u8,
+    /// The address of the program.
+    pub start: u32,
+    /// The size of the slot in bytes.
+    pub size: usize,
+}
+
+/// Blue Pill: one slot of 53 KiB behind 8 KiB for the bootloader.
+pub const BLUEPILL: Layout = Layout {
+    name: "bluepill",
+    board: 1,
+    number: 1,
+    start: 0x0800_2000,
+    size: 53 * 1024,
+};
+
+/// All layouts.
+pub const LAYOUTS: [Layout; 1] = [BLUEPILL];
