@@ -16,6 +16,7 @@
 //! - The transmit mailboxes (`can/transmit.rs`): the crate keeps them in the order of the identifiers, and a frame of the node must
 //!   not overtake an earlier one.
 
+mod change;
 mod events;
 mod filters;
 mod inspection;
@@ -27,6 +28,7 @@ pub mod transmit;
 pub use events::BusEvents;
 pub use pulses::on_pulse;
 
+use change::Change;
 use filters::Banks;
 use pulses::Pulses;
 
@@ -37,18 +39,9 @@ use cortex_m::peripheral::NVIC;
 use cortex_m::peripheral::scb::SystemHandler;
 use cortex_m::singleton;
 use plumbline::can::BitRate;
-use plumbline::node::driver::{self, Filters};
+use plumbline::node::driver::Filters;
 use plumbline::node::{BitTime, BusEvent, BusMode, BusState};
-use plumbline::time::{Duration, Instant, after, millis, reached};
-
-/// The longest time that the controller needs to leave the bus: longer than the longest frame with its error frame at 10 kbit/s.
-const LEAVE_LIMIT: Duration = millis(25);
-
-/// The longest time that the controller may need for MCR.RESET. Then it is reset by RCC.
-const RESET_LIMIT: Duration = millis(2);
-
-/// The number of times that a step polls a change of mode. Most changes take a few clock cycles and end in one step.
-const POLLS: u32 = 16;
+use plumbline::time::Instant;
 
 /// ESR.LEC: the value that software sets after it has read the last error code.
 const LEC_SEEN: u8 = 7;
@@ -61,29 +54,6 @@ struct Controller(CanPeripheral);
 // does not use, which has no effect on them.
 unsafe impl bxcan::Instance for Controller {
     const REGISTERS: *mut bxcan::RegisterBlock = CanPeripheral::PTR.cast_mut().cast();
-}
-
-/// The state of a change of mode.
-#[derive(Clone, Copy)]
-enum Change {
-    Done,
-    /// MCR.RESET is set. Sleep mode follows.
-    Resetting {
-        /// The end of the wait.
-        limit: Instant,
-        /// The error counters must be reset too.
-        counters: bool,
-    },
-    /// Initialization mode is requested. The controller finishes a frame first.
-    Leaving {
-        /// The end of the wait.
-        limit: Instant,
-    },
-    /// The controller waits for 11 recessive bits before it takes part in the bus.
-    Joining {
-        /// The number of frames that have ended since the join was requested.
-        frames: u8,
-    },
 }
 
 /// Gives the interrupts of the controller and SysTick the same priority: none of them interrupts another one. That of the pulses
@@ -137,8 +107,8 @@ pub struct Bus {
     banks: Banks,
     /// The time of the next comparison.
     inspection: Instant,
-    /// The number of comparisons with a difference since the controller took its configuration.
-    vain: u32,
+    /// The [difference](Self::difference) after the registers were set: values that the controller does not take.
+    untaken: u32,
 }
 
 impl Bus {
@@ -157,7 +127,7 @@ impl Bus {
             pulses: Pulses::NONE,
             banks: Banks::NONE,
             inspection: clock::now(),
-            vain: 0,
+            untaken: 0,
         })
     }
 
@@ -195,72 +165,6 @@ impl Bus {
         }
     }
 
-    /// Begins to reset the controller by MCR.RESET. The transmit pin is recessive from now on.
-    fn reset(&mut self, counters: bool) {
-        board::connect_transmitter(false);
-        self.registers().mcr().write(|w| w.reset().set_bit());
-        let limit = after(clock::now(), RESET_LIMIT);
-        self.change = Change::Resetting { limit, counters };
-    }
-
-    /// Begins to enter initialization mode.
-    fn leave(&mut self) {
-        // The other bits get their reset values, until `join`: bus-off recovery is not automatic.
-        self.registers()
-            .mcr()
-            .write(|w| w.sleep().clear_bit().inrq().set_bit());
-        let limit = after(clock::now(), LEAVE_LIMIT);
-        self.change = Change::Leaving { limit };
-    }
-
-    /// Performs a step of a change of mode. Call it at least every millisecond.
-    pub fn step(&mut self) -> driver::Change {
-        self.proceed();
-        match self.change {
-            Change::Done => driver::Change::Done,
-            Change::Joining { .. } => driver::Change::Joining,
-            Change::Resetting { .. } | Change::Leaving { .. } => driver::Change::Leaving,
-        }
-    }
-
-    /// Performs a step of a running change of mode.
-    fn proceed(&mut self) {
-        for _ in 0..POLLS {
-            let registers = self.registers();
-            let status = registers.msr().read();
-            let resets = registers.mcr().read().reset().bit_is_set();
-            match self.change {
-                Change::Done => return,
-                Change::Resetting { limit, counters } => {
-                    let ended = !resets && status.slak().bit_is_set();
-                    let late = reached(clock::now(), limit);
-                    if late || ended && counters {
-                        // The controller is off the bus, without its pin, and has no cause of an interrupt.
-                        board::reset_can();
-                    }
-                    if late || ended {
-                        self.leave();
-                    }
-                }
-                Change::Leaving { limit } => {
-                    if status.inak().bit_is_set() {
-                        return self.join();
-                    }
-                    if reached(clock::now(), limit) {
-                        self.reset(false);
-                    }
-                }
-                Change::Joining { .. } => {
-                    // No limit: the controller waits for the bus, drives nothing, and the node can change the mode again.
-                    if status.inak().bit_is_clear() && status.slak().bit_is_clear() {
-                        self.change = Change::Done;
-                    }
-                    return;
-                }
-            }
-        }
-    }
-
     /// Starts the measurement of the bit time before the first change to listen mode, stops it in normal mode.
     pub fn measure(&mut self, mode: BusMode) {
         match mode {
@@ -274,17 +178,6 @@ impl Bus {
     pub fn bit_time(&mut self) -> Option<BitTime> {
         let time = self.pulses.poll(clock::now());
         time.filter(|_| self.is_listening())
-    }
-
-    /// Handles the end of a frame. Returns true if the controller has not joined the bus at the ends of two frames that started after the
-    /// join was requested: at this bit rate, the recessive end of a frame is too short. The end of the first one can be seen just before
-    /// the controller joins.
-    pub fn misses_frame(&mut self) -> bool {
-        let Change::Joining { frames } = &mut self.change else {
-            return false;
-        };
-        *frames = frames.saturating_add(1);
-        *frames > 2
     }
 
     /// True while the bus must be polled every millisecond to measure the bit time, because there was a pulse.
@@ -307,36 +200,6 @@ impl Bus {
         self.settings
             .as_ref()
             .is_some_and(|settings| settings.mode == BusMode::Listen)
-    }
-
-    /// In initialization mode: sets bit timing, mode, filters and interrupts, and joins the bus. Errors of the previous bit rate
-    /// are discarded, so that they are not attributed to the new one.
-    fn join(&mut self) {
-        self.forget_error();
-        let Some(settings) = self.settings else {
-            return;
-        };
-        let timing = settings.timing();
-        filters::set(&self.can.instance().0, &self.banks);
-        // SAFETY: timing fields from the tested table, and the silent bit. Loop back stays off.
-        self.registers().btr().write(|w| unsafe { w.bits(timing) });
-        // Written whole: a disturbance can have enabled others.
-        self.registers()
-            .ier()
-            .write(|w| w.fmpie0().set_bit().tmeie().set_bit());
-        // In initialization mode the output of the controller is recessive (RM0008, 24.4.1).
-        board::connect_transmitter(settings.mode == BusMode::Normal);
-        self.registers().mcr().modify(|_, w| {
-            w.txfp().set_bit();
-            w.nart().bit(transmit::is_single_attempt());
-            w.abom().clear_bit();
-            w.sleep().clear_bit();
-            w.inrq().clear_bit()
-        });
-        self.change = Change::Joining { frames: 0 };
-        if self.is_as_set(timing, true) {
-            self.vain = 0;
-        }
     }
 
     /// The next event of the controller since the last call. Call it until it returns None.

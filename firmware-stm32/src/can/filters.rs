@@ -11,6 +11,7 @@
 //!      +--------------------------+-----+-----+---+
 //! ```
 
+use super::inspection::Digest;
 use crate::board::{self, CanPeripheral};
 use embedded_can::Id;
 use plumbline::can::Filter;
@@ -56,18 +57,19 @@ impl Banks {
         }
     }
 
-    /// True if the registers of the controller still have this content.
-    pub(super) fn are_set(&self, registers: &CanPeripheral) -> bool {
+    /// Adds the differences between the registers of the controller and this content.
+    pub(super) fn compare(&self, registers: &CanPeripheral, digest: &mut Digest) {
         const ALL: u32 = (1 << board::FILTER_BANKS) - 1;
         let master = registers.fmr().read().bits();
-        let mut banks = registers.fb_iter().zip(self.active());
-        banks.all(|(bank, words)| (bank.fr1().read().bits(), bank.fr2().read().bits()) == *words)
-            && master & INITIALIZATION == 0
-            && board::own_filters(master) == master
-            && registers.fm1r().read().bits() & ALL == 0
-            && registers.fs1r().read().bits() & ALL == ALL
-            && registers.ffa1r().read().bits() & ALL == 0
-            && registers.fa1r().read().bits() & ALL == (1 << self.active) - 1
+        for (bank, (bits, mask)) in registers.fb_iter().zip(self.active()) {
+            digest.add(bank.fr1().read().bits() ^ bits);
+            digest.add(bank.fr2().read().bits() ^ mask);
+        }
+        digest.add(master & INITIALIZATION | board::own_filters(master) ^ master);
+        digest.add(registers.fm1r().read().bits() & ALL);
+        digest.add(!registers.fs1r().read().bits() & ALL);
+        digest.add(registers.ffa1r().read().bits() & ALL);
+        digest.add(registers.fa1r().read().bits() & ALL ^ ((1 << self.active) - 1));
     }
 }
 

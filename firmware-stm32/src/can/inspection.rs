@@ -12,15 +12,36 @@ const PERIOD: Duration = millis(100);
 /// CAN_MCR: NART, and the other bits that select a mode or function: INRQ, SLEEP, TXFP, RFLM, AWUM, ABOM, TTCM, RESET.
 const NART: u32 = 1 << 4;
 const OTHERS: u32 = 0x80EF;
-/// CAN_MCR: TXFP, transmit mailboxes in the order of the requests.
+/// CAN_MCR: TXFP, transmit mailboxes in the order of the requests; INRQ.
 const TXFP: u32 = 1 << 2;
+const INRQ: u32 = 1 << 0;
 /// CAN_MSR: INAK and SLAK.
 const OFF_THE_BUS: u32 = 0b11;
 /// CAN_IER: TMEIE and FMPIE0, and all bits that are not reserved.
-const INTERRUPTS: u32 = 0b11;
+pub(super) const INTERRUPTS: u32 = 0b11;
 const ALL_INTERRUPTS: u32 = 0x3_8F7F;
 /// CAN_BTR: SILM, LBKM, SJW, TS2, TS1, BRP. The others are reserved, and can have any value on a clone.
 const TIMING: u32 = 0xC37F_03FF;
+
+/// The mode that the controller must have.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Mode {
+    Initialization,
+    /// It waits for 11 recessive bits.
+    Joining,
+    Normal,
+}
+
+/// A number for a sequence of differences: 0 if all are 0. A change of one of them changes it.
+pub(super) struct Digest(u32);
+
+impl Digest {
+    /// Adds the bits in which a register differs.
+    pub(super) fn add(&mut self, difference: u32) {
+        // The step of FNV-1a.
+        self.0 = (self.0 ^ difference).wrapping_mul(0x0100_0193);
+    }
+}
 
 impl Bus {
     /// Compares the configuration of board and controller with the values that were set, and restores it if it has changed. Call it often,
@@ -37,22 +58,18 @@ impl Bus {
             return;
         };
         // The other steps of a change have a limit, and the last one sets the controller.
-        let joins = match self.change {
-            Change::Done => false,
-            Change::Joining { .. } => true,
+        let mode = match self.change {
+            Change::Done => Mode::Normal,
+            Change::Joining { .. } => Mode::Joining,
             Change::Resetting { .. } | Change::Leaving { .. } => return,
         };
         board::connect_transmitter(settings.mode == BusMode::Normal);
         self.pulses.restore();
-        if self.is_as_set(settings.timing(), joins) {
+        // A value that the controller does not take is no disturbance.
+        if self.difference(settings.timing(), mode) == self.untaken {
             if restored {
                 warn!("a disturbed register is restored");
             }
-            return;
-        }
-        // If the controller does not take a value, the resets become rarer, and the sensor works between them. `join` counts from 0 again.
-        self.vain = self.vain.saturating_add(1);
-        if !self.vain.is_power_of_two() {
             return;
         }
         if self.registers().esr().read().boff().bit_is_set() {
@@ -67,9 +84,8 @@ impl Bus {
         self.reset(true);
     }
 
-    /// Whether the controller has the configuration that was set, and is on the bus unless it `joins` it.
-    pub(super) fn is_as_set(&mut self, timing: u32, joins: bool) -> bool {
-        let banks = &self.banks;
+    /// How the controller differs from the configuration that was set, and from its mode; 0 if it does not.
+    pub(super) fn difference(&mut self, timing: u32, mode: Mode) -> u32 {
         let registers = &self.can.instance().0;
         // An interrupt can change NART.
         let (single, control) = critical_section::with(|_| {
@@ -77,11 +93,17 @@ impl Bus {
             (transmit::is_single_attempt(), control)
         });
         let nart = if single { NART } else { 0 };
-        let status = registers.msr().read().bits();
-        control == TXFP | nart
-            && (joins || status & OFF_THE_BUS == 0)
-            && registers.btr().read().bits() & TIMING == timing
-            && registers.ier().read().bits() & ALL_INTERRUPTS == INTERRUPTS
-            && banks.are_set(registers)
+        let (inrq, acknowledged) = match mode {
+            Mode::Initialization => (INRQ, 0),
+            Mode::Joining => (0, 0),
+            Mode::Normal => (0, OFF_THE_BUS),
+        };
+        let mut digest = Digest(0);
+        digest.add(control ^ (TXFP | nart | inrq));
+        digest.add(registers.msr().read().bits() & acknowledged);
+        digest.add(registers.btr().read().bits() & TIMING ^ timing);
+        digest.add(registers.ier().read().bits() & ALL_INTERRUPTS ^ INTERRUPTS);
+        self.banks.compare(registers, &mut digest);
+        digest.0
     }
 }

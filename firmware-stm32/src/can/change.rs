@@ -1,0 +1,160 @@
+//! The changes of mode of the controller, in steps: reset, initialization mode, the way back to the bus.
+
+use super::inspection::{INTERRUPTS, Mode};
+use super::{Bus, filters, transmit};
+use crate::board;
+use crate::clock;
+use plumbline::node::BusMode;
+use plumbline::node::driver;
+use plumbline::time::{Duration, Instant, after, millis, reached};
+
+/// The longest time that the controller needs to leave the bus: longer than the longest frame with its error frame at 10 kbit/s.
+const LEAVE_LIMIT: Duration = millis(25);
+
+/// The longest time that the controller may need for MCR.RESET. Then it is reset by RCC.
+const RESET_LIMIT: Duration = millis(2);
+
+/// The number of times that a step polls a change of mode. Most changes take a few clock cycles and end in one step.
+const POLLS: u32 = 16;
+
+/// The state of a change of mode.
+#[derive(Clone, Copy)]
+pub(super) enum Change {
+    Done,
+    /// MCR.RESET is set. Sleep mode follows.
+    Resetting {
+        /// The end of the wait.
+        limit: Instant,
+        /// The error counters must be reset too.
+        counters: bool,
+    },
+    /// Initialization mode is requested. The controller finishes a frame first.
+    Leaving {
+        /// The end of the wait.
+        limit: Instant,
+    },
+    /// The controller waits for 11 recessive bits before it takes part in the bus.
+    Joining {
+        /// The number of frames that have ended since the join was requested.
+        frames: u8,
+    },
+}
+
+impl Bus {
+    /// Begins to reset the controller by MCR.RESET. The transmit pin is recessive from now on.
+    pub(super) fn reset(&mut self, counters: bool) {
+        board::connect_transmitter(false);
+        self.registers().mcr().write(|w| w.reset().set_bit());
+        let limit = after(clock::now(), RESET_LIMIT);
+        self.change = Change::Resetting { limit, counters };
+    }
+
+    /// Begins to enter initialization mode.
+    pub(super) fn leave(&mut self) {
+        // The other bits get their reset values, until `join`: bus-off recovery is not automatic.
+        self.registers()
+            .mcr()
+            .write(|w| w.sleep().clear_bit().inrq().set_bit());
+        let limit = after(clock::now(), LEAVE_LIMIT);
+        self.change = Change::Leaving { limit };
+    }
+
+    /// Performs a step of a change of mode. Call it at least every millisecond.
+    pub fn step(&mut self) -> driver::Change {
+        self.proceed();
+        match self.change {
+            Change::Done => driver::Change::Done,
+            Change::Joining { .. } => driver::Change::Joining,
+            Change::Resetting { .. } | Change::Leaving { .. } => driver::Change::Leaving,
+        }
+    }
+
+    /// Performs a step of a running change of mode.
+    fn proceed(&mut self) {
+        for _ in 0..POLLS {
+            let registers = self.registers();
+            let status = registers.msr().read();
+            let resets = registers.mcr().read().reset().bit_is_set();
+            match self.change {
+                Change::Done => return,
+                Change::Resetting { limit, counters } => {
+                    let ended = !resets && status.slak().bit_is_set();
+                    let late = reached(clock::now(), limit);
+                    if late || ended && counters {
+                        // The controller is off the bus, without its pin, and has no cause of an interrupt.
+                        board::reset_can();
+                    }
+                    if late || ended {
+                        self.leave();
+                    }
+                }
+                Change::Leaving { limit } => {
+                    if status.inak().bit_is_set() {
+                        return self.join();
+                    }
+                    if reached(clock::now(), limit) {
+                        self.reset(false);
+                    }
+                }
+                Change::Joining { .. } => {
+                    // No limit: the controller waits for the bus, drives nothing, and the node can change the mode again.
+                    if status.inak().bit_is_clear() && status.slak().bit_is_clear() {
+                        self.change = Change::Done;
+                    }
+                    return;
+                }
+            }
+        }
+    }
+
+    /// Handles the end of a frame. Returns true if the controller has not joined the bus at the ends of two frames that started after the
+    /// join was requested: at this bit rate, the recessive end of a frame is too short. The end of the first one can be seen just before
+    /// the controller joins.
+    pub fn misses_frame(&mut self) -> bool {
+        let Change::Joining { frames } = &mut self.change else {
+            return false;
+        };
+        *frames = frames.saturating_add(1);
+        *frames > 2
+    }
+
+    /// In initialization mode: sets bit timing, mode, filters and interrupts, and joins the bus. Errors of the previous bit rate
+    /// are discarded, so that they are not attributed to the new one.
+    fn join(&mut self) {
+        self.forget_error();
+        let Some(settings) = self.settings else {
+            return;
+        };
+        let timing = settings.timing();
+        let mut difference = self.set(timing);
+        if difference != self.untaken {
+            // Twice, because a disturbance between write and read is no property of the controller.
+            difference = self.set(timing);
+        }
+        self.untaken = difference;
+        // In initialization mode the output of the controller is recessive (RM0008, 24.4.1).
+        board::connect_transmitter(settings.mode == BusMode::Normal);
+        self.registers()
+            .mcr()
+            .modify(|_, w| w.sleep().clear_bit().inrq().clear_bit());
+        self.change = Change::Joining { frames: 0 };
+    }
+
+    /// In initialization mode: sets all registers. Returns the [difference](Self::difference).
+    fn set(&mut self, timing: u32) -> u32 {
+        let registers = &self.can.instance().0;
+        filters::set(registers, &self.banks);
+        // SAFETY: timing fields from the tested table, and the silent bit. Loop back stays off. The interrupts have their handlers.
+        unsafe {
+            registers.btr().write(|w| w.bits(timing));
+            registers.ier().write(|w| w.bits(INTERRUPTS));
+        }
+        // Written whole, as IER: a disturbance can have set others.
+        registers.mcr().write(|w| {
+            w.txfp().set_bit();
+            w.nart().bit(transmit::is_single_attempt());
+            w.sleep().clear_bit().inrq().set_bit()
+        });
+        self.difference(timing, Mode::Initialization)
+    }
+}
