@@ -99,6 +99,8 @@ pub struct Bus {
     /// None until the first [`configure`](Self::configure).
     settings: Option<Settings>,
     change: Change,
+    /// The number of times that the controller did not acknowledge initialization mode, since it did last.
+    tries: u8,
     /// The fault confinement state last reported.
     state: BusState,
     overruns: u32,
@@ -122,6 +124,7 @@ impl Bus {
             can,
             settings: None,
             change: Change::Done,
+            tries: 0,
             state: BusState::Active,
             overruns: 0,
             pulses: Pulses::NONE,
@@ -209,10 +212,15 @@ impl Bus {
             warn!("received frames lost, {=u32} times", self.overruns);
             return Some(BusEvent::Overrun);
         }
+        let listening = self.is_listening();
+        if self.change.is_prevented() && !listening && self.state == BusState::Active {
+            // On the bus, the receive error counter would reach this limit.
+            self.state = BusState::Warning;
+            return Some(BusEvent::State(self.state));
+        }
         if !matches!(self.change, Change::Done) {
             return None;
         }
-        let listening = self.is_listening();
         let status = self.registers().esr().read();
         let code = status.lec().bits();
         let state = if listening || self.state == BusState::BusOff && code != LEC_SEEN {

@@ -301,6 +301,13 @@ pub fn connect_transmitter(connected: bool) {
     });
 }
 
+/// Whether the level of RXD is dominant.
+pub fn receives_dominant() -> bool {
+    // SAFETY: reads the levels of the pins.
+    let port_a = unsafe { pac::GPIOA::steal() };
+    port_a.idr().read().idr11().bit_is_clear()
+}
+
 /// Resets the CAN controller, with its error counters.
 pub fn reset_can() {
     // SAFETY: after the boot, this is the only code that uses this register.

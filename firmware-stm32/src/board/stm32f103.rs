@@ -333,6 +333,13 @@ pub fn connect_transmitter(connected: bool) {
     });
 }
 
+/// Whether the level of RXD is dominant.
+pub fn receives_dominant() -> bool {
+    // SAFETY: reads the levels of the pins.
+    let port_b = unsafe { pac::GPIOB::steal() };
+    port_b.idr().read().idr8().bit_is_clear()
+}
+
 /// Resets the CAN controller, with its error counters.
 pub fn reset_can() {
     // SAFETY: this is the only code that uses this register.

@@ -14,6 +14,16 @@ const LEAVE_LIMIT: Duration = millis(25);
 /// The longest time that the controller may need for MCR.RESET. Then it is reset by RCC.
 const RESET_LIMIT: Duration = millis(2);
 
+/// The number of times that the controller may not acknowledge initialization mode. Once can be right: a dominant bus, on which it finishes a
+/// frame. Then it is reset, and acknowledges independently of the bus.
+const TRIES: u8 = 8;
+
+/// The longest time without a dominant bit in which the controller does not join the bus. At 10 kbit/s, the recovery from bus-off takes 0.14 s.
+const JOIN_LIMIT: Duration = millis(1000);
+
+/// The time of a dominant level after which it is reported. A frame has at most 5 equal bits.
+const DOMINANT_LIMIT: Duration = millis(100);
+
 /// The number of times that a step polls a change of mode. Most changes take a few clock cycles and end in one step.
 const POLLS: u32 = 16;
 
@@ -37,7 +47,33 @@ pub(super) enum Change {
     Joining {
         /// The number of frames that have ended since the join was requested.
         frames: u8,
+        /// The level of the bus at the last polls is dominant.
+        dominant: bool,
+        /// The time of the first poll with this level.
+        since: Instant,
     },
+}
+
+impl Change {
+    fn joining() -> Self {
+        Self::Joining {
+            frames: 0,
+            dominant: false,
+            since: clock::now(),
+        }
+    }
+
+    /// Whether a dominant bus prevents the join.
+    pub(super) fn is_prevented(&self) -> bool {
+        match *self {
+            Self::Joining {
+                dominant: true,
+                since,
+                ..
+            } => reached(clock::now(), after(since, DOMINANT_LIMIT)),
+            _ => false,
+        }
+    }
 }
 
 impl Bus {
@@ -93,13 +129,19 @@ impl Bus {
                         return self.join();
                     }
                     if reached(clock::now(), limit) {
+                        self.tries = self.tries.saturating_add(1);
+                        if self.tries > TRIES {
+                            error!("restart: the CAN controller acknowledges no mode");
+                            board::restart();
+                        }
                         self.reset(false);
                     }
                 }
                 Change::Joining { .. } => {
-                    // No limit: the controller waits for the bus, drives nothing, and the node can change the mode again.
                     if status.inak().bit_is_clear() && status.slak().bit_is_clear() {
                         self.change = Change::Done;
+                    } else {
+                        self.wait();
                     }
                     return;
                 }
@@ -107,11 +149,29 @@ impl Bus {
         }
     }
 
+    /// Waits for the bus. A bus with dominant bits has no limit: the controller drives nothing, and the node can change the mode again.
+    fn wait(&mut self) {
+        let Change::Joining {
+            dominant, since, ..
+        } = &mut self.change
+        else {
+            return;
+        };
+        // From the pin, because the controller can be defective.
+        let (level, now) = (board::receives_dominant(), clock::now());
+        if level != *dominant {
+            (*dominant, *since) = (level, now);
+        } else if !level && reached(now, after(*since, JOIN_LIMIT)) {
+            error!("restart: the CAN controller does not join the bus");
+            board::restart();
+        }
+    }
+
     /// Handles the end of a frame. Returns true if the controller has not joined the bus at the ends of two frames that started after the
     /// join was requested: at this bit rate, the recessive end of a frame is too short. The end of the first one can be seen just before
     /// the controller joins.
     pub fn misses_frame(&mut self) -> bool {
-        let Change::Joining { frames } = &mut self.change else {
+        let Change::Joining { frames, .. } = &mut self.change else {
             return false;
         };
         *frames = frames.saturating_add(1);
@@ -121,6 +181,7 @@ impl Bus {
     /// In initialization mode: sets bit timing, mode, filters and interrupts, and joins the bus. Errors of the previous bit rate
     /// are discarded, so that they are not attributed to the new one.
     fn join(&mut self) {
+        self.tries = 0;
         self.forget_error();
         let Some(settings) = self.settings else {
             return;
@@ -137,7 +198,7 @@ impl Bus {
         self.registers()
             .mcr()
             .modify(|_, w| w.sleep().clear_bit().inrq().clear_bit());
-        self.change = Change::Joining { frames: 0 };
+        self.change = Change::joining();
     }
 
     /// In initialization mode: sets all registers. Returns the [difference](Self::difference).

@@ -126,6 +126,7 @@ impl Peripherals {
             touched: false,
             lenient: false,
         };
+        new.gpio.drive(board.facts().pins.receive, Some(true));
         new.set_silicon(&Silicon::genuine(board));
         new
     }
@@ -235,6 +236,8 @@ impl Peripherals {
 
     /// A new level of RXD; true is dominant, which is low. TIM4 has its channel 3 at PB8.
     pub fn receive_pin(&mut self, now: Picoseconds, dominant: bool) {
+        let pin = self.board.facts().pins.receive;
+        self.gpio.drive(pin, Some(!dominant));
         if self.is_ready(Module::Tim4) && board::pulses_are_connected(self.board, &self.gpio) {
             self.tim4.edge(now, self.rcc.timer_clock(), !dominant);
         }

@@ -36,6 +36,7 @@ mod errors;
 mod faults;
 mod fusion;
 mod halves;
+mod healing;
 mod ims360;
 mod ims360_faults;
 mod ims360_j1939;

@@ -22,6 +22,7 @@ pub const FACTS: Facts = Facts {
     supply_channel: 0,
     pins: Pins {
         pulses: Pin(PortName::B, 8),
+        receive: Pin(PortName::B, 8),
         transmit: Pin(PortName::B, 9),
         select: Pin(PortName::A, 4),
         run: (Pin(PortName::C, 13), false),

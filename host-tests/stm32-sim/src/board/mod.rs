@@ -92,6 +92,8 @@ impl Spi {
 pub struct Pins {
     /// RXD of the CAN transceiver at the timer of the bit rate detection.
     pub pulses: Pin,
+    /// RXD of the CAN transceiver at the CAN controller.
+    pub receive: Pin,
     /// TXD of the CAN transceiver.
     pub transmit: Pin,
     /// Chip select of the accelerometer.

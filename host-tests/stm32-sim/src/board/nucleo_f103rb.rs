@@ -21,6 +21,7 @@ pub const FACTS: Facts = Facts {
     supply_channel: 10,
     pins: Pins {
         pulses: Pin(PortName::B, 8),
+        receive: Pin(PortName::B, 8),
         transmit: Pin(PortName::B, 9),
         select: Pin(PortName::B, 12),
         run: (Pin(PortName::A, 5), true),

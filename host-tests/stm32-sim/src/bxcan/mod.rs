@@ -292,6 +292,10 @@ impl BxCan {
             self.lock.see_frame(self.silicon.lock_after);
         }
         match event {
+            Event::Joined if !self.silicon.joins => {
+                let timing = state.timing.bit_timing(self.clock);
+                self.protocol.join(now, timing, state.timing.is_silent());
+            }
             Event::Joined => state.control.joined(),
             Event::Started => state.transmitter.started(state.control.order()),
             Event::LostArbitration => state.transmitter.ended(Outcome::LostArbitration, again),

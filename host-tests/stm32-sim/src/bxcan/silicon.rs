@@ -37,6 +37,8 @@ pub struct Silicon {
     /// The time until initialization or sleep mode is acknowledged, in cycles of PCLK1. The end of a frame comes first. With `u32::MAX`
     /// none is acknowledged: the time is longer than two minutes.
     pub mode: u32,
+    /// The controller joins the bus after 11 recessive bits. Otherwise it waits for them without end.
+    pub joins: bool,
     /// The time until a mailbox is released, in cycles of PCLK1.
     pub release: u32,
     /// In silent mode a frame locks the transmit output after this number of earlier uses of silent mode, each ended by a reset by
@@ -57,6 +59,7 @@ impl Default for Silicon {
         Self {
             reset: ResetTime::Cycles(64),
             mode: 8,
+            joins: true,
             release: 2,
             lock_after: Some(1),
             filter_master: GENUINE_FILTER_MASTER,
