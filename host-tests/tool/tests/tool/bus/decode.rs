@@ -125,6 +125,56 @@ fn messages_of_canopen_have_names_and_values() {
     assert_eq!(lines, expected);
 }
 
+/// CiA 301, 7.2.4.3.8 to 7.2.4.3.16. A segment of the write is lost, so the next block has the rest.
+#[test]
+fn block_transfers_have_the_values_of_all_segments() {
+    let lines = decoded(
+        "--product ims360",
+        &[
+            "632#A40810007F000000",
+            "5B2#C608100006000000",
+            "632#A300000000000000",
+            "5B2#81494D5333363000",
+            "632#A2017F0000000000",
+            "5B2#C592F90000000000",
+            "632#A100000000000000",
+            "632#C60A100009000000",
+            "5B2#A40A10001F000000",
+            "632#0141424344454647",
+            "632#8348490000000000",
+            "5B2#A2011F0000000000",
+            "632#8148490000000000",
+            "5B2#A2011F0000000000",
+            "632#D534120000000000",
+            "5B2#A100000000000000",
+        ],
+    );
+    let expected = [
+        "SDO block read 1008h:0 manufacturer-device-name, block-size = 127",
+        "SDO block answer 1008h:0 manufacturer-device-name, in segments, size = 6",
+        "SDO block read 1008h:0 manufacturer-device-name, start",
+        "SDO block answer 1008h:0 manufacturer-device-name, segment 1, data = 49 4D 53 33 36 30 00",
+        "SDO block read 1008h:0 manufacturer-device-name, segments accepted, segments = 1, block-size = 127",
+        "SDO block answer 1008h:0 manufacturer-device-name, end of data, manufacturer-device-name = IMS360, crc = F992h",
+        "SDO block read 1008h:0 manufacturer-device-name, end",
+        "SDO block write 100Ah:0 manufacturer-software-version, size = 9",
+        "SDO block write accepted 100Ah:0 manufacturer-software-version, block-size = 31",
+        "SDO block write 100Ah:0 manufacturer-software-version, segment 1, data = 41 42 43 44 45 46 47",
+        "SDO block write 100Ah:0 manufacturer-software-version, segment 3, data = 48 49 00 00 00 00 00",
+        "SDO block write 100Ah:0 manufacturer-software-version, segments accepted, segments = 1, block-size = 31",
+        "SDO block write 100Ah:0 manufacturer-software-version, segment 1, data = 48 49 00 00 00 00 00",
+        "SDO block write 100Ah:0 manufacturer-software-version, segments accepted, segments = 1, block-size = 31",
+        "SDO block write 100Ah:0 manufacturer-software-version, end of data, manufacturer-software-version = ABCDEFGHI, crc = 1234h",
+        "SDO block write 100Ah:0 manufacturer-software-version, done",
+    ];
+    let start = "canopen 50 ims360: ";
+    let lines: Vec<&str> = lines
+        .iter()
+        .map(|line| line.strip_prefix(start).unwrap_or(line))
+        .collect();
+    assert_eq!(lines, expected);
+}
+
 #[test]
 fn messages_of_devicenet_have_the_names_of_their_objects() {
     let lines = decoded(

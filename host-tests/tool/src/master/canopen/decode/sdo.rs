@@ -1,8 +1,11 @@
-//! SDO transfers, expedited and segmented. A sensor in J1939 has the same bytes in group EF00h.
+//! SDO transfers: expedited, segmented, and in blocks. A sensor in J1939 has the same bytes in group EF00h.
+
+mod block;
 
 use super::object;
 use crate::decode::{Device, Named};
 use crate::master::canopen::sdo::reason;
+use block::Block;
 use plumbline::param::number;
 
 /// The longest transfer that is put together, in bytes.
@@ -14,6 +17,8 @@ pub(crate) struct Transfer {
     object: Option<(u16, u8)>,
     writes: bool,
     data: Vec<u8>,
+    /// The state of a block transfer, if it is one.
+    block: Option<Block>,
 }
 
 /// What a message of a transfer is.
@@ -60,6 +65,9 @@ fn segment(bytes: &[u8; 8]) -> &[u8] {
 impl Transfer {
     /// A message of the client; None: it is no message of SDO.
     pub fn request(&mut self, device: &mut Device, bytes: [u8; 8]) -> Option<Message> {
+        if let Some(message) = self.block_request(device, bytes) {
+            return Some(message);
+        }
         let (index, sub) = multiplexor(bytes);
         match bytes[0] >> 5 {
             1 if bytes[0] & 0x10 == 0 => {
@@ -88,6 +96,9 @@ impl Transfer {
 
     /// A message of the server.
     pub fn answer(&mut self, device: &mut Device, bytes: [u8; 8]) -> Option<Message> {
+        if let Some(message) = self.block_answer(device, bytes) {
+            return Some(message);
+        }
         let (index, sub) = multiplexor(bytes);
         match bytes[0] >> 5 {
             2 if bytes[0] & 0x10 == 0 => {
@@ -120,7 +131,7 @@ impl Transfer {
         *self = Self {
             object: Some((index, sub)),
             writes,
-            data: Vec::new(),
+            ..Self::default()
         };
         let text = format!("SDO {verb} {}", object(device, index, sub));
         match data {
@@ -145,6 +156,7 @@ impl Transfer {
 
     fn abort(&mut self, device: &Device, bytes: [u8; 8]) -> Message {
         self.object = None;
+        self.block = None;
         let (index, sub) = multiplexor(bytes);
         let code = number(&bytes[4..]);
         let mut message = Message::new(format!("SDO abort {}", object(device, index, sub)));
