@@ -13,6 +13,8 @@ use crate::can::{self, Bus, BusEvents};
 use crate::flash::ParameterFlash;
 use crate::imu::Element;
 use crate::link::Shared;
+#[cfg(feature = "behind-bootloader")]
+use crate::program;
 use crate::{clock, kept, sleep};
 use core::mem::MaybeUninit;
 use cortex_m::peripheral::SCB;
@@ -24,6 +26,8 @@ use plumbline::node::driver::{Driver, Line, Output, Platform, TwoPriorities};
 use plumbline::node::{Leds, ProductNode, StoreOf};
 use plumbline::store::{Owner, Store, StoreError};
 use plumbline::time::{Instant, after, earlier, reached};
+#[cfg(feature = "behind-bootloader")]
+use plumbline::update::Contact;
 
 /// Runs a node without end. `store` and `element` are memory for the store and for the driver of the accelerometer. `link` is shared with the
 /// CAN interrupts.
@@ -60,6 +64,10 @@ pub unsafe fn run<N: ProductNode, E: Element>(
     }
     if N::Application::HEATER.is_some() {
         boot.kept = kept::take();
+    }
+    #[cfg(feature = "behind-bootloader")]
+    {
+        boot.program = program::crc_of_program();
     }
     if boot.damaged {
         warn!("stored parameters are damaged");
@@ -208,6 +216,12 @@ impl<N: ProductNode, E: Element> Platform for Hardware<N, E> {
             error!("parameters could not be saved");
         }
         result
+    }
+
+    #[cfg(feature = "behind-bootloader")]
+    fn update(&mut self, contact: &Contact) {
+        info!("update");
+        program::ask_for_update(self.store.owner().image, contact);
     }
 
     fn restart(&mut self, kept: u32) {

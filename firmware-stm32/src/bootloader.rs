@@ -16,10 +16,10 @@
 //! it knows its identifiers: the boot-up message of CANopen if that is its identifier, otherwise 60h "BOOT".
 
 mod can;
-pub mod mailbox;
-mod pages;
+pub mod pages;
 
 use crate::board::Basis;
+use crate::mailbox;
 use can::{Can, Request};
 use core::arch::asm;
 use cortex_m::peripheral::syst::SystClkSource;
@@ -43,7 +43,7 @@ const LISTENING: Duration = millis(150);
 /// # Safety
 /// Call it only once: it takes all peripherals.
 pub unsafe fn run() -> ! {
-    let asked = mailbox::take();
+    let asked = mailbox::take(pages::crc);
     // SAFETY: the caller owns all peripherals.
     let mut pages = unsafe { Pages::take() };
     let program = Program::of(&pages);

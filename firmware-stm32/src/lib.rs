@@ -55,8 +55,12 @@ pub mod flash;
 mod kept;
 #[cfg(board)]
 pub mod link;
+#[cfg(all(board, feature = "bluepill"))]
+mod mailbox;
 #[cfg(board)]
 mod mem;
+#[cfg(all(board, feature = "behind-bootloader"))]
+mod program;
 #[cfg(board)]
 mod reset;
 #[cfg(board)]

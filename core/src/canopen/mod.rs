@@ -49,6 +49,7 @@ pub mod pdo;
 mod process_data;
 mod product;
 pub mod profile;
+mod program;
 mod protocol;
 mod ranges;
 mod receive;

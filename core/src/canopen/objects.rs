@@ -10,6 +10,7 @@ use super::mapping::is_mapping;
 use super::own::{Own, Read, Scope, Then};
 use super::pdo::{MAPPED, Tpdo, Tpdos};
 use super::product::{ContextOf, ParametersOf, Product};
+use super::program;
 use super::protocol::Services;
 use super::row::{Kind, Row};
 use super::saved::{End, LOAD, SAVE};
@@ -34,7 +35,14 @@ impl<P: Product> Objects for View<'_, P> {
     const WRITABLE: usize = P::WRITABLE;
 
     fn find(&self, address: Address) -> Result<&'static Row, Abort> {
-        lookup::<P>(address)
+        lookup::<P>(address).or_else(|abort| {
+            let has_bootloader = self.cx.shell.program().is_some();
+            if has_bootloader && abort == Abort::NoObject {
+                program::lookup(address)
+            } else {
+                Err(abort)
+            }
+        })
     }
 
     fn check_read(&self, row: &'static Row, sub: u8) -> Result<(), Abort> {
@@ -146,6 +154,8 @@ impl<P: Product> Services<P> {
             Some(Service::SerialNumber) => cx.shell.serial(),
             // The device stores and restores on command (7.5.2.13 of CiA 301).
             Some(Service::StoreGroup | Service::RestoreGroup) => 1,
+            Some(Service::ProgramControl) => 1,
+            Some(Service::ProgramIdentification) => cx.shell.program().unwrap_or(0),
             _ => 0,
         }
     }
@@ -259,6 +269,7 @@ impl<P: Product> Services<P> {
                 Ok(Written::Done)
             }
             (Service::ErrorCount, _) => Err(Abort::Value),
+            (Service::ProgramControl, value) => self.control_program(cx, now, value),
             (Service::Store, SAVE) => Ok(self.save(cx, What::Everything)),
             (Service::RestoreCommunication, LOAD) => Ok(self.save(cx, What::FactoryCommunication)),
             _ => Err(Abort::Signature),

@@ -17,6 +17,7 @@ use crate::node::{BusChange, BusState, CanNode, Context, Patterns, Protocol, Res
 use crate::param::Setting;
 use crate::store::{ImageId, StoreError};
 use crate::time::{Deadline, Instant, Periodic};
+use crate::update::Contact;
 
 /// A node of product `P` with the CANopen protocol.
 pub type CanopenNode<P> = CanNode<<P as Product>::Application, Canopen<P>>;
@@ -291,6 +292,10 @@ impl<P: Product> Protocol<P::Application> for Canopen<P> {
 
     fn deadlines(&self, earliest: &mut Deadline) {
         earliest.consider(self.services.earliest);
+    }
+
+    fn contact(&self, cx: &ContextOf<P>) -> Option<Contact> {
+        Some(self.services.contact(cx))
     }
 
     fn filters(&self, _cx: &ContextOf<P>, accept: &mut dyn FnMut(Filter)) {

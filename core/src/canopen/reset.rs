@@ -154,7 +154,7 @@ impl<P: Product> Services<P> {
     }
 
     /// Sends no more frames by itself.
-    fn be_silent(&mut self, state: State) {
+    pub(super) fn be_silent(&mut self, state: State) {
         self.state = state;
         self.heartbeat.stop();
         self.guarding = Guarding::OFF;

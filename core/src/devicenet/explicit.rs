@@ -32,6 +32,8 @@ pub mod service {
     pub const GET: u8 = 0x0E;
     /// Set_Attribute_Single: writes an attribute.
     pub const SET: u8 = 0x10;
+    /// The update of the program, a service of the identity object. Services from 32h to 4Ah are those of the vendor.
+    pub const UPDATE: u8 = 0x32;
     /// Allocate_Master/Slave_Connection_Set.
     pub const ALLOCATE: u8 = 0x4B;
     /// Release_Group_2_Identifier_Set.

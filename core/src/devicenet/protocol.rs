@@ -5,6 +5,7 @@ use super::duplicate_check::{DuplicateCheck, Step};
 use super::fragment::{Receiver, Sender};
 use super::identifiers::{group_2, group_2_id, message_of};
 use super::leds::{Light, StatusLeds};
+use super::objects::identity;
 use super::production::{AcknowledgeHandler, Production};
 use super::projection::AssemblyRow;
 use super::saving::Saving;
@@ -15,6 +16,7 @@ use crate::node::{BusChange, BusState, CanNode, Context, Protocol, Restore};
 use crate::param::{Parameters, meaning};
 use crate::store::{ImageId, StoreError};
 use crate::time::{Deadline, Instant};
+use crate::update::Contact;
 use core::marker::PhantomData;
 
 pub(super) type ParametersOf<P> = Parameters<<<P as Product>::Application as Application>::Table>;
@@ -279,6 +281,20 @@ impl<P: Product> Protocol<P::Application> for Devicenet<P> {
 
     fn deadlines(&self, earliest: &mut Deadline) {
         earliest.consider(self.earliest);
+    }
+
+    fn contact(&self, cx: &ContextOf<P>) -> Option<Contact> {
+        let id = |message| CanId::standard(group_2_id(self.mac, message));
+        let unit = cx.shell.unit();
+        Some(Contact {
+            rate: self.rate,
+            request: id(group_2::REQUEST),
+            reply: id(group_2::RESPONSE),
+            boot_up: id(group_2::RESPONSE),
+            vendor: identity::vendor::<P>(unit).into(),
+            product_code: identity::product_code::<P>(unit).into(),
+            serial: cx.shell.serial(),
+        })
     }
 
     fn filters(&self, _cx: &ContextOf<P>, accept: &mut dyn FnMut(Filter)) {

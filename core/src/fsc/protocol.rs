@@ -11,6 +11,7 @@ use crate::node::{BusChange, Context, NodeState, Patterns, Protocol};
 use crate::param::{Parameters, meaning};
 use crate::store::StoreError;
 use crate::time::{Deadline, Instant};
+use crate::update::Contact;
 use core::marker::PhantomData;
 
 pub(super) type ParametersOf<P> = Parameters<<<P as Product>::Application as Application>::Table>;
@@ -302,6 +303,18 @@ impl<P: Product> Protocol<P::Application> for Fsc<P> {
         if let Some(cyclic) = &self.cyclic {
             earliest.consider(Deadline::at(cyclic.deadline()));
         }
+    }
+
+    fn contact(&self, cx: &ContextOf<P>) -> Option<Contact> {
+        Some(Contact {
+            rate: cx.shell.rate(),
+            request: self.in_force.set,
+            reply: self.in_force.reply,
+            boot_up: self.in_force.reply,
+            vendor: 0,
+            product_code: self.number(cx, Source::ProductNumber),
+            serial: cx.shell.serial(),
+        })
     }
 
     fn filters(&self, _cx: &ContextOf<P>, accept: &mut dyn FnMut(Filter)) {

@@ -11,6 +11,11 @@ use crate::param::number;
 use crate::text::Text;
 use crate::time::Instant;
 
+/// The code of an update.
+pub const UPDATE: u8 = 0x60;
+/// Its signature.
+pub const FLASH: &[u8] = b"FLASH";
+
 impl<P: Product> Fsc<P> {
     const LOAD_SIGNATURE: &'static [u8] = signature_of(P::FUNCTIONS, Operation::Load);
     const SAVE_SIGNATURE: &'static [u8] = signature_of(P::FUNCTIONS, Operation::Save);
@@ -34,7 +39,9 @@ impl<P: Product> Fsc<P> {
             return;
         }
         let Some(row) = row else {
-            self.refuse(cx, code);
+            if !self.update(cx, now, code, data) {
+                self.refuse(cx, code);
+            }
             return;
         };
         match row.operation {
@@ -76,6 +83,23 @@ impl<P: Product> Fsc<P> {
     fn serve_own(cx: &mut ContextOf<P>, code: u8, data: &[u8]) -> Option<Text<6>> {
         let own = P::OWN.iter().find(|own| own.code == code)?;
         (own.serve)(cx, data)
+    }
+
+    /// Answers the code of an update, which a sensor has only behind a bootloader: with the signature it restarts into the bootloader,
+    /// without data it replies with the CRC-32 of the program. Returns false if the request is refused.
+    fn update(&mut self, cx: &mut ContextOf<P>, now: Instant, code: u8, data: &[u8]) -> bool {
+        match (code, cx.shell.program()) {
+            (UPDATE, Some(program)) if data.is_empty() => {
+                self.answer(cx, code, &program.to_le_bytes());
+            }
+            (UPDATE, Some(_)) if data.starts_with(FLASH) => {
+                self.acknowledge(cx, code);
+                cx.shell.enter_bootloader();
+                self.restart(cx, now);
+            }
+            _ => return false,
+        }
+        true
     }
 
     fn refuse(&mut self, cx: &mut ContextOf<P>, code: u8) {
@@ -136,6 +160,7 @@ impl<P: Product> Fsc<P> {
         match row.map(|row| row.operation) {
             Some(Operation::Load | Operation::Save) => true,
             Some(Operation::Alive) => data.starts_with(Self::RESET_SIGNATURE),
+            None => cx.shell.program().is_some() && data.starts_with(FLASH),
             Some(Operation::Write) => self.loading || cx.shell.has_deferred(),
             _ => false,
         }

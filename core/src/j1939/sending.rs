@@ -51,6 +51,12 @@ impl<P: Product> J1939<P> {
         Identifier::new(PROPRIETARY_A, destination, self.claim.source()).can_id()
     }
 
+    /// The identifiers of messages of Proprietary A from a node, and of those to it.
+    pub fn proprietary_ids(&self, node: u8) -> (CanId, CanId) {
+        let request = Identifier::new(PROPRIETARY_A, self.claim.source(), node);
+        (request.can_id(), self.proprietary_id(node))
+    }
+
     /// Shows the LED patterns of the present state.
     pub(super) fn show(&self, cx: &mut ContextOf<P>) {
         let run = match self.claim.state() {

@@ -20,6 +20,7 @@ use crate::node::{BusChange, CanNode, Context, Protocol, Restore};
 use crate::param::Parameters;
 use crate::store::{ImageId, StoreError};
 use crate::time::{Deadline, Instant};
+use crate::update::Contact;
 
 /// A product with both protocols.
 pub trait Both:
@@ -189,6 +190,20 @@ impl<P: Both> Protocol<ApplicationOf<P>> for CanopenOrJ1939<P> {
                 self.j1939.prepare_reset();
             }
         }
+    }
+
+    fn contact(&self, cx: &ContextOf<P>) -> Option<Contact> {
+        let contact = self.canopen.contact(cx)?;
+        if !self.canopen.is_hosted() {
+            return Some(contact);
+        }
+        let (request, reply) = self.j1939.proprietary_ids(self.client);
+        Some(Contact {
+            request,
+            reply,
+            boot_up: reply,
+            ..contact
+        })
     }
 
     fn published(&mut self, cx: &mut ContextOf<P>, now: Instant) {

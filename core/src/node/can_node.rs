@@ -10,6 +10,7 @@ use crate::measure::self_test::Working;
 use crate::param::Parameters;
 use crate::store::{ImageId, StoreError};
 use crate::time::Instant;
+use crate::update::Contact;
 
 /// A node that consists of an application and a protocol.
 ///
@@ -203,6 +204,10 @@ impl<A: Application, P: Protocol<A>> Node for CanNode<A, P> {
 
     fn kept(&self) -> u32 {
         self.acquisition.kept()
+    }
+
+    fn contact(&self) -> Option<Contact> {
+        self.communication.contact()
     }
 
     fn readout(&self) -> Readout {

@@ -7,6 +7,7 @@ use crate::can::{Filter, Frame};
 use crate::param::Parameters;
 use crate::store::StoreError;
 use crate::time::{Deadline, Instant};
+use crate::update::Contact;
 
 /// The communicating half of a node: protocol, parameters and the published values.
 ///
@@ -310,6 +311,13 @@ impl<A: Application, P: Protocol<A>> Communication<A, P> {
     /// The latest time for the next [`task`](Self::task) or [`tick`](Self::tick).
     pub fn deadline(&self) -> Deadline {
         self.context.shell.deadline()
+    }
+
+    /// What the bootloader must know, if the restart is that into it: for [`Platform::update`](super::driver::Platform::update).
+    pub fn contact(&self) -> Option<Contact> {
+        let context = &self.context;
+        let enters = context.shell.enters_bootloader();
+        enters.then(|| self.protocol.contact(context)).flatten()
     }
 
     /// Calls `accept` for each acceptance filter in force.

@@ -36,6 +36,7 @@ use crate::measure::Reading;
 use crate::measure::self_test::Working;
 use crate::store::StoreError;
 use crate::time::Instant;
+use crate::update::Contact;
 
 /// A request of the node to the hardware.
 #[must_use]
@@ -186,6 +187,11 @@ pub trait Node {
     /// Only a heated product has one; 0: there is none.
     fn kept(&self) -> u32 {
         0
+    }
+
+    /// What the bootloader must know, if the restart that [`Action::Restart`] requests is that into it; None: it is not.
+    fn contact(&self) -> Option<Contact> {
+        None
     }
 
     /// The last inclination, for displays on a PC.

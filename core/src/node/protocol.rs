@@ -7,6 +7,7 @@ use crate::can::{Filter, Frame};
 use crate::param::{ParameterId, Parameters, Refused, Table};
 use crate::store::{ImageId, StoreError};
 use crate::time::{Deadline, Instant};
+use crate::update::Contact;
 
 /// The part of a node that its protocol can access.
 pub struct Context<A: Application> {
@@ -168,6 +169,12 @@ pub trait Protocol<A: Application>: Sized + Send + 'static {
 
     /// Adds the deadlines of the protocol.
     fn deadlines(&self, earliest: &mut Deadline);
+
+    /// What the bootloader must know, when the protocol has requested an update ([`Shell::enter_bootloader`]); None: it has none.
+    fn contact(&self, cx: &Context<A>) -> Option<Contact> {
+        let _ = cx;
+        None
+    }
 
     /// Calls `accept` for each acceptance filter in force.
     fn filters(&self, cx: &Context<A>, accept: &mut dyn FnMut(Filter));

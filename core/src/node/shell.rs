@@ -56,6 +56,8 @@ pub struct Shell {
     /// The serial number of the chip.
     serial: u32,
     unit: Unit,
+    /// The CRC-32 of the program behind a bootloader.
+    program: Option<u32>,
     state: NodeState,
     bus_state: BusState,
     queue: TransmitQueue,
@@ -82,6 +84,8 @@ pub struct Shell {
     save: bool,
     /// The application must stop, because a restart is accepted.
     stop: bool,
+    /// The next restart is that into the bootloader.
+    updates: bool,
     /// There may be an action or a new deadline. Each cause sets this flag, so that the check for work is short.
     dirty: bool,
     wake: Deadline,
@@ -92,6 +96,7 @@ impl Shell {
     pub(super) const INITIAL: Self = Self {
         serial: 0,
         unit: Unit::NONE,
+        program: None,
         state: NodeState::Initial,
         bus_state: BusState::Active,
         queue: TransmitQueue::EMPTY,
@@ -107,6 +112,7 @@ impl Shell {
         recover: false,
         save: false,
         stop: false,
+        updates: false,
         dirty: false,
         wake: Deadline::NEVER,
     };
@@ -116,6 +122,7 @@ impl Shell {
         self.queue.reserve(frames);
         self.serial = boot.serial;
         self.unit = boot.unit;
+        self.program = boot.program;
         self.valid_until = after(now, FIRST_READING_LIMIT);
         self.dirty = true;
     }
@@ -142,6 +149,12 @@ impl Shell {
         self.unit.serial.unwrap_or(self.serial)
     }
 
+    /// The CRC-32 of the program, if a [bootloader](crate::update) has started it. Without one, a request for an update gets the error of
+    /// an unknown request, as from the original.
+    pub fn program(&self) -> Option<u32> {
+        self.program
+    }
+
     /// Whether the node takes part in the bus.
     pub fn state(&self) -> NodeState {
         self.state
@@ -150,6 +163,12 @@ impl Shell {
     /// The fault confinement state of the CAN controller.
     pub fn bus_state(&self) -> BusState {
         self.bus_state
+    }
+
+    /// The bit rate that the node has requested last.
+    pub fn rate(&self) -> BitRate {
+        let (_, rate) = self.bus;
+        rate
     }
 
     /// Whether the node is on the bus.
@@ -235,6 +254,12 @@ impl Shell {
         self.dirty = true;
     }
 
+    /// The next [restart](Self::restart) is that into the bootloader, which gets the contact data of the
+    /// [protocol](super::Protocol::contact).
+    pub fn enter_bootloader(&mut self) {
+        self.updates = true;
+    }
+
     /// Keeps a received frame until the running save has ended. When two frames are kept, the node takes no more frames.
     pub fn defer(&mut self, frame: &Frame) {
         // There is room: without room, the node does not take the frame.
@@ -252,6 +277,11 @@ impl Shell {
     /// Whether the node can take the next frame. These causes are ignored.
     pub(super) fn ready(&self, ignored: u8) -> bool {
         self.blocked & !ignored == 0 && self.queue.has_room()
+    }
+
+    /// Whether the restart is that into the bootloader.
+    pub(super) fn enters_bootloader(&self) -> bool {
+        self.updates
     }
 
     pub(super) fn is_blocked(&self, cause: u8) -> bool {

@@ -108,6 +108,8 @@ pub struct Boot<'a> {
     pub kept: u32,
     /// The identity of the unit; [`Unit::NONE`] if there is none.
     pub unit: Unit,
+    /// The CRC-32 of the program, if a [bootloader](crate::update) has started it; None: there is no bootloader.
+    pub program: Option<u32>,
 }
 
 impl Boot<'_> {
@@ -131,6 +133,7 @@ impl Default for Boot<'_> {
             serial: 0,
             kept: 0,
             unit: Unit::NONE,
+            program: None,
         }
     }
 }

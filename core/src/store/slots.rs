@@ -150,7 +150,13 @@ impl<M: NorFlash, B: Buffer> Store<M, B> {
             kept: 0,
             serial: self.owner.serial,
             unit,
+            program: None,
         }
+    }
+
+    /// The owner of its records.
+    pub fn owner(&self) -> Owner {
+        self.owner
     }
 
     /// Ends the use of the store, for example to look at what it has written.

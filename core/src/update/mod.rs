@@ -9,6 +9,22 @@
 //! - [`objects`]: the objects of CiA 302-3;
 //! - [`UpdateServer`]: its SDO server.
 //!
+//! # The way into the bootloader
+//!
+//! A program behind a bootloader ([`Boot::program`](crate::node::Boot::program)) has a request in its protocol that the original does not
+//! have. It restarts into the bootloader, which answers SDO requests on two identifiers at the bit rate in force. Without a bootloader, the
+//! request gets the error of an unknown one. Parameters, identifiers and bit rate stay as they are.
+//!
+//! | | protocol | request | its reply | without a bootloader | the CRC-32 of the program | requests to the bootloader, its replies |
+//! |---|---|---|---|---|---|---|
+//! | U1 | CANopen | 1F51h:01 = 0 (CiA 302-3) | confirmation | abort 0602 0000h | 1F56h:01 | 600h and 580h + node-ID |
+//! | U2 | function select codes | code 60h, "FLASH" | 60h, status | 60h, status with CmdParamError | reply to 60h without data | Set-Parameter-ID and Reply-Parameter-ID |
+//! | U3 | J1939 | 1F51h:01 = 0 through PGN 61184 | as in CANopen | as in CANopen | 1F56h:01 | PGN 61184 with priority 6, between the client that has sent the request and the sensor |
+//! | U4 | DeviceNet | service 32h of the identity object (1, 1), "BOOT" | B2h | error 08h | response to service 32h without data | messages 4 and 3 of group 2 of the MAC ID |
+//!
+//! The first message of the bootloader is the boot-up message of the node (U1), or 60h "BOOT" on the identifier of its replies.
+//! None of the requests is in an EDS file or a table of a product.
+//!
 //! # A download
 //!
 //! ```text
@@ -43,6 +59,6 @@ pub use header::{Contents, Device, Header, Unfit};
 pub use layout::Layout;
 pub use loader::{Failure, Loader, Status};
 pub use objects::Update;
-pub use record::{Record, Sensor};
+pub use record::{Contact, Record};
 pub use server::UpdateServer;
 pub use slot::{Program, Slot, SlotError};

@@ -33,11 +33,9 @@ const CHECKED: usize = SIZE - 4;
 /// Calculates the CRC of some parts.
 pub type Crc = fn(&[&[u8]]) -> u32;
 
-/// What the program tells its bootloader.
+/// What the program tells its bootloader of itself.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub struct Sensor {
-    /// The product.
-    pub product: ImageId,
+pub struct Contact {
     /// The bit rate.
     pub rate: BitRate,
     /// The identifier of requests to the bootloader.
@@ -59,17 +57,17 @@ pub struct Sensor {
 pub struct Record([u8; SIZE]);
 
 impl Record {
-    /// The entry of this sensor. `crc` is [that of a header](super::header::crc), or the unit of the board.
-    pub fn new(sensor: &Sensor, crc: Crc) -> Self {
-        let rate = BitRate::ALL.iter().position(|rate| *rate == sensor.rate);
-        let [a, b] = sensor.product.number().to_le_bytes();
+    /// The entry of this product. `crc` is [that of a header](super::header::crc), or the unit of the board.
+    pub fn new(product: ImageId, contact: &Contact, crc: Crc) -> Self {
+        let rate = BitRate::ALL.iter().position(|rate| *rate == contact.rate);
+        let [a, b] = product.number().to_le_bytes();
         let numbers = [
-            sensor.request.bits(),
-            sensor.reply.bits(),
-            sensor.boot_up.bits(),
-            sensor.vendor,
-            sensor.product_code,
-            sensor.serial,
+            contact.request.bits(),
+            contact.reply.bits(),
+            contact.boot_up.bits(),
+            contact.vendor,
+            contact.product_code,
+            contact.serial,
         ];
         let numbers = numbers.iter().flat_map(|number| number.to_le_bytes());
         let content = [MARK, rate.unwrap_or(0) as u8, a, b]
@@ -171,8 +169,8 @@ mod tests {
     use super::super::header::crc;
     use super::*;
 
-    const SENSOR: Sensor = Sensor {
-        product: ImageId::new(7),
+    const PRODUCT: ImageId = ImageId::new(7);
+    const CONTACT: Contact = Contact {
         rate: BitRate::K250,
         request: CanId::standard(0x60A),
         reply: CanId::extended(0x0C0A_0B00),
@@ -184,10 +182,9 @@ mod tests {
 
     #[test]
     fn record_tells_what_it_was_made_of() {
-        let record = Record::new(&SENSOR, crc);
+        let record = Record::new(PRODUCT, &CONTACT, crc);
         assert_eq!(Record::parse(record.bytes(), crc), Some(record));
-        let told = Sensor {
-            product: ImageId::new(record.product()),
+        let told = Contact {
             rate: record.rate(),
             request: record.request(),
             reply: record.reply(),
@@ -196,13 +193,13 @@ mod tests {
             product_code: record.product_code(),
             serial: record.serial(),
         };
-        assert_eq!(told, SENSOR);
+        assert_eq!((told, record.product()), (CONTACT, PRODUCT.number()));
     }
 
     #[test]
     fn each_wrong_bit_makes_an_entry_invalid() {
         for bit in 0..SIZE * 8 {
-            let mut bytes = *Record::new(&SENSOR, crc).bytes();
+            let mut bytes = *Record::new(PRODUCT, &CONTACT, crc).bytes();
             bytes[bit / 8] ^= 1 << (bit % 8);
             assert_eq!(Record::parse(&bytes, crc), None, "bit {bit}");
         }
@@ -210,14 +207,12 @@ mod tests {
 
     #[test]
     fn newest_valid_entry_counts_and_an_interrupted_one_is_not_written_again() {
-        let first = Record::new(&SENSOR, crc);
-        let second = Record::new(
-            &Sensor {
-                serial: 2,
-                ..SENSOR
-            },
-            crc,
-        );
+        let first = Record::new(PRODUCT, &CONTACT, crc);
+        let other = Contact {
+            serial: 2,
+            ..CONTACT
+        };
+        let second = Record::new(PRODUCT, &other, crc);
         let mut page = [0xFF; 4 * SIZE];
         assert_eq!((newest(&page, crc), next_place(&page)), (None, Some(0)));
         page[..SIZE].copy_from_slice(first.bytes());

@@ -11,3 +11,4 @@ mod starting;
 mod stranger;
 mod tester;
 mod unit;
+mod updating;

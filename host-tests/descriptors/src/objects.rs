@@ -275,7 +275,9 @@ fn service(target: Target) -> (&'static str, Option<(i64, i64)>) {
         Service::ErrorRegister
         | Service::ErrorHistory
         | Service::ErrorHistoryOrZero
-        | Service::SerialNumber => ("", None),
+        | Service::SerialNumber
+        | Service::ProgramControl
+        | Service::ProgramIdentification => ("", None),
     }
 }
 

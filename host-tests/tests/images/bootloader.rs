@@ -1,8 +1,10 @@
 //! The bootloader of the Blue Pill: it takes a program over CAN and starts it, whenever the power is cut.
 
 mod client;
+mod entering;
 
 use crate::rig::{Rig, SERIAL, blank, board, chip, data, node_type, silicon, tilt};
+use bench::Flash;
 use client::Client;
 use host_tests::effort;
 use plumbline::can::{BitRate, CanId, Frame};
@@ -11,7 +13,7 @@ use plumbline::model::catalog;
 use plumbline::store::ImageId;
 use plumbline::update::header::{PLACE, SIZE, crc};
 use plumbline::update::layout::BLUEPILL;
-use plumbline::update::{Contents, Header, Record, Sensor};
+use plumbline::update::{Contact, Contents, Header, Record};
 use std::collections::BTreeMap;
 use std::rc::Rc;
 use std::sync::OnceLock;
@@ -30,7 +32,10 @@ fn image(name: &str) -> Image {
     let files = FILES.get_or_init(|| {
         let files = || -> Result<_, BuildError> {
             let mut built = build(board(), &["bootloader"])?;
-            built.extend(build_behind_bootloader(board(), &["is2", "jn2101"])?);
+            built.extend(build_behind_bootloader(
+                board(),
+                &["is2", "jn2101", "tiltix080"],
+            )?);
             Ok(built)
         };
         let built = files().unwrap_or_else(|error| panic!("{error}"));
@@ -80,9 +85,14 @@ fn slot(file: &[u8]) -> Vec<u8> {
 
 /// A sensor with a bootloader and this content of its slot, on a bus at this rate.
 fn sensor(name: &str, slot: Option<Vec<u8>>, rate: BitRate) -> Rig {
+    sensor_with(name, slot, rate, blank())
+}
+
+/// The same with this memory.
+fn sensor_with(name: &str, slot: Option<Vec<u8>>, rate: BitRate, memory: Flash) -> Rig {
     let image = Rc::new(image("bootloader").as_bootloader());
     let scene = tilt(name, 10.0, 5.0);
-    let mut part = Microcontroller::new(node_type(name).name, image, SERIAL, blank(), scene)
+    let mut part = Microcontroller::new(node_type(name).name, image, SERIAL, memory, scene)
         .with_silicon(&silicon())
         .quiet();
     if let Some(slot) = slot {
@@ -104,9 +114,8 @@ fn jn2101() -> ImageId {
 }
 
 /// The sensor that a boot record describes.
-fn known(rate: BitRate) -> Sensor {
-    Sensor {
-        product: jn2101(),
+fn known(rate: BitRate) -> Contact {
+    Contact {
         rate,
         request: CanId::extended(0x0C0A_0B00),
         reply: CanId::extended(0x0C0A_0B01),
@@ -120,7 +129,7 @@ fn known(rate: BitRate) -> Sensor {
 /// Pages without a program, with a boot record.
 fn record_only(rate: BitRate) -> Vec<u8> {
     let mut slot = vec![0xFF; 54 * 1024];
-    let record = Record::new(&known(rate), crc);
+    let record = Record::new(jn2101(), &known(rate), crc);
     slot[53 * 1024..][..record.bytes().len()].copy_from_slice(record.bytes());
     slot
 }

@@ -11,6 +11,9 @@ use crate::time::Instant;
 /// The revision of the class.
 const REVISION: u8 = 1;
 
+/// The signature of an update.
+pub const BOOT: &[u8] = b"BOOT";
+
 /// Bits of the status (attribute 5).
 mod status {
     /// A master has allocated connections.
@@ -47,6 +50,7 @@ pub(super) fn serve<P: Product>(
             Err(Failure::NOT_SETTABLE)
         }
         service::RESET => reset(device, cx, now, request.data),
+        service::UPDATE => update(device, cx, now, request.data),
         _ => Err(Failure::SERVICE),
     }
 }
@@ -61,7 +65,7 @@ fn attribute_of<P: Product>(
     Ok(match attribute {
         1 => Data::word(vendor::<P>(unit)),
         2 => Data::word(unit.device_type.unwrap_or(identity.device_type)),
-        3 => Data::word(number(unit.product_code, identity.product_code)),
+        3 => Data::word(product_code::<P>(unit)),
         4 => {
             let (major, minor) = revision(unit.revision, identity.revision);
             Data::word(u16::from_le_bytes([major, minor]))
@@ -80,6 +84,11 @@ fn attribute_of<P: Product>(
 /// The number of the vendor, also in the messages of the duplicate MAC ID check.
 pub fn vendor<P: Product>(unit: &Unit) -> u16 {
     number(unit.vendor, P::IDENTITY.vendor)
+}
+
+/// The product code.
+pub fn product_code<P: Product>(unit: &Unit) -> u16 {
+    number(unit.product_code, P::IDENTITY.product_code)
 }
 
 /// The number of the unit, or else that of the product. A number that the attribute does not have is not possible.
@@ -134,6 +143,26 @@ fn reset<P: Product>(
         [_] => return Err(Failure::PARAMETER),
         _ => return Err(Failure::TOO_MUCH),
     }
+    device.leave_network(cx, now, Leaving::Restart);
+    Ok(Data::NONE)
+}
+
+/// The service of an update, which a sensor has only behind a bootloader: with the signature the node restarts into the bootloader after the
+/// answer, without data it answers with the CRC-32 of the program.
+fn update<P: Product>(
+    device: &mut Devicenet<P>,
+    cx: &mut ContextOf<P>,
+    now: Instant,
+    data: &[u8],
+) -> Result<Data, Failure> {
+    let program = cx.shell.program().ok_or(Failure::SERVICE)?;
+    match data {
+        [] => return Ok(Data::number(program, 4)),
+        BOOT => {}
+        [_, _, _, _, _, ..] => return Err(Failure::TOO_MUCH),
+        _ => return Err(Failure::PARAMETER),
+    }
+    cx.shell.enter_bootloader();
     device.leave_network(cx, now, Leaving::Restart);
     Ok(Data::NONE)
 }

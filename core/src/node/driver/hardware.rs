@@ -8,6 +8,7 @@ use super::{Driver, Link, Shared};
 use crate::can::{BitRate, Filter, Frame};
 use crate::store::StoreError;
 use crate::time::Instant;
+use crate::update::Contact;
 
 /// The clock, and the transmit mailboxes of a CAN controller. On a driver with two priorities, the methods are called in the interrupts
 /// and in [`Shared::with`].
@@ -122,4 +123,10 @@ pub trait Platform {
     /// Restarts the device as after power-up. Pass `kept` to the next start in [`Boot::kept`](super::super::Boot::kept), in memory that is
     /// not cleared. Outputs are off.
     fn restart(&mut self, kept: u32);
+
+    /// The [restart](Self::restart) that follows is that into the bootloader: leave these contact data for it, in memory that is not cleared.
+    /// The default is for a board without a bootloader, which starts its node without [`Boot::program`](super::super::Boot::program).
+    fn update(&mut self, contact: &Contact) {
+        let _ = contact;
+    }
 }

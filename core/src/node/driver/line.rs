@@ -5,6 +5,7 @@ use super::{Change, Mailboxes};
 use crate::application::Application;
 use crate::can::{BitRate, Filter, Frame};
 use crate::time::Instant;
+use crate::update::Contact;
 use embedded_can::Frame as _;
 use heapless::Deque;
 
@@ -49,6 +50,9 @@ pub trait Exchange {
 
     /// Calls `accept` for each acceptance filter in force.
     fn filters(&self, accept: &mut dyn FnMut(Filter));
+
+    /// What the bootloader must know, if the restart is that into it.
+    fn contact(&self) -> Option<Contact>;
 }
 
 impl<A: Application, P: Protocol<A>> Exchange for Communication<A, P> {
@@ -96,6 +100,10 @@ impl<A: Application, P: Protocol<A>> Exchange for Communication<A, P> {
 
     fn filters(&self, accept: &mut dyn FnMut(Filter)) {
         self.filters(accept);
+    }
+
+    fn contact(&self) -> Option<Contact> {
+        self.contact()
     }
 }
 
@@ -145,6 +153,10 @@ impl<N: Node + ?Sized> Exchange for N {
 
     fn filters(&self, accept: &mut dyn FnMut(Filter)) {
         Node::filters(self, accept);
+    }
+
+    fn contact(&self) -> Option<Contact> {
+        Node::contact(self)
     }
 }
 
@@ -220,6 +232,10 @@ impl<'a, H: Exchange + ?Sized, M: Mailboxes> Link<'a, H, M> {
 
     pub(super) fn is_idle(&self) -> bool {
         self.line.mailboxes.is_idle()
+    }
+
+    pub(super) fn contact(&self) -> Option<Contact> {
+        self.node.contact()
     }
 
     fn receives(&self) -> bool {

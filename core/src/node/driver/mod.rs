@@ -81,6 +81,8 @@
 //! - **Restart**: [`Platform::restart`] comes after the last frame. Switch off the heater, keep the word, and reset the chip. Pass the word to
 //!   the next start ([`Boot::kept`](super::Boot::kept)), but 0 after power-up. If `restart` returns, the driver starts the node again, with
 //!   a new [`Driver`].
+//! - **Update**: on a board with a [bootloader](crate::update), tell the node ([`Boot::program`](super::Boot::program)), and leave the contact
+//!   data of [`Platform::update`] for the bootloader. On another board, the node refuses requests for an update.
 //! - **Watchdog**: feed it once in each iteration of the loop. A turn performs at most eight actions.
 //!
 //! # What the compiler finds
@@ -324,6 +326,9 @@ impl<S: Side> Driver<S> {
         // If all mailboxes are empty now, the node has no more frames.
         if self.side.link(|link| link.is_idle()) || reached(now, limit) {
             self.restart = Restart::No;
+            if let Some(contact) = self.side.link(|link| link.contact()) {
+                platform.update(&contact);
+            }
             platform.restart(self.side.kept());
         }
     }

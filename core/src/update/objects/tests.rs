@@ -1,7 +1,7 @@
 //! Tests of the bootloader through its SDO server.
 
 use super::super::header::crc;
-use super::super::record::Sensor;
+use super::super::record::Contact;
 use super::super::server::UpdateServer;
 use super::super::simulated::{DEVICE, Flash, file};
 use super::*;
@@ -9,8 +9,7 @@ use crate::can::{BitRate, CanId};
 use crate::store::ImageId;
 use crate::time::{Instant, after, millis};
 
-const SENSOR: Sensor = Sensor {
-    product: ImageId::new(3),
+const CONTACT: Contact = Contact {
     rate: BitRate::K250,
     request: CanId::standard(0x601),
     reply: CanId::standard(0x581),
@@ -30,7 +29,7 @@ struct Bus {
 impl Bus {
     fn new(mut flash: Flash) -> Self {
         let program = Program::of(&flash).committed(&mut flash);
-        let record = Record::new(&SENSOR, crc);
+        let record = Record::new(ImageId::new(3), &CONTACT, crc);
         Self {
             update: Update::new(flash, program, DEVICE, Some(record)),
             server: UpdateServer::new(),

@@ -47,6 +47,8 @@ pub struct Tester<N> {
     pub calibration: Calibration,
     /// The identity of the unit.
     pub unit: Unit,
+    /// The CRC-32 of the program behind a bootloader, from the next power-up on.
+    pub program: Option<u32>,
     /// The result of the next saves; None: a save runs until `finish_save`.
     pub memory_works: Option<bool>,
     /// The present specific force, 1 g = [`ONE_G`].
@@ -98,6 +100,7 @@ impl<N: Node> Tester<N> {
             memory,
             calibration: Calibration::IDENTITY,
             unit,
+            program: None,
             memory_works: Some(true),
             force: [0, 0, ONE_G],
             rate: [0; 3],
@@ -146,6 +149,7 @@ impl<N: Node> Tester<N> {
             serial: SERIAL,
             kept,
             unit: self.unit,
+            program: self.program,
         };
         self.actions.clear();
         self.node = (self.boot)(self.now, &loaded);

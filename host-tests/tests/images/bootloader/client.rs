@@ -2,7 +2,7 @@
 
 use crate::rig::Rig;
 use plumbline::can::{CanId, Frame};
-use plumbline::update::Sensor;
+use plumbline::update::Contact;
 
 /// The longest time of an answer in ms: a block of 217 bytes erases a page and programs 128 half-words; at 10 kbit/s the frames of the
 /// block take 400 ms.
@@ -28,12 +28,12 @@ impl<'a> Client<'a> {
         }
     }
 
-    /// A client of a bootloader with a boot record of this sensor.
-    pub fn of_known(rig: &'a mut Rig, sensor: &Sensor) -> Self {
+    /// A client of a bootloader with a boot record of this contact.
+    pub fn of_known(rig: &'a mut Rig, contact: &Contact) -> Self {
         Self {
             rig,
-            request: sensor.request,
-            reply: sensor.reply,
+            request: contact.request,
+            reply: contact.reply,
         }
     }
 

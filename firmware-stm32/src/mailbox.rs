@@ -8,7 +8,7 @@
 //! ```
 
 use plumbline::update::Record;
-use plumbline::update::record::SIZE;
+use plumbline::update::record::{Crc, SIZE};
 
 const MARK: [u8; 8] = *b"PLUMBOOT";
 
@@ -24,8 +24,21 @@ unsafe extern "C" {
     static mut MAILBOX: Mailbox;
 }
 
-/// The record with which the program asks for an update, once.
-pub fn take() -> Option<Record> {
+/// Leaves the record with which the program asks for an update. Call it just before the reset.
+#[cfg(feature = "behind-bootloader")]
+pub fn put(record: &Record) {
+    // SAFETY: the linker script leaves these bytes to this module, and only the main loop calls this function. Volatile, because another
+    // program reads it.
+    unsafe {
+        (&raw mut MAILBOX).write_volatile(Mailbox {
+            mark: MARK,
+            record: *record.bytes(),
+        });
+    }
+}
+
+/// The record with which the program asks for an update, once. `crc` checks it.
+pub fn take(crc: Crc) -> Option<Record> {
     // SAFETY: the linker script leaves these bytes to this module, all values are valid, and there is no interrupt.
     let (mark, record) = unsafe {
         let mark = MAILBOX.mark;
@@ -35,5 +48,5 @@ pub fn take() -> Option<Record> {
     if mark != MARK {
         return None;
     }
-    Record::parse(&record, super::pages::crc)
+    Record::parse(&record, crc)
 }

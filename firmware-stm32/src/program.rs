@@ -1,0 +1,20 @@
+//! What a program behind a bootloader knows of it.
+
+use crate::mailbox;
+use plumbline::store::ImageId;
+use plumbline::update::header::{Header, PLACE, SIZE, crc};
+use plumbline::update::layout::BLUEPILL;
+use plumbline::update::{Contact, Record};
+
+/// The CRC-32 of this program; None: a probe has flashed it without its header.
+pub fn crc_of_program() -> Option<u32> {
+    let header = (BLUEPILL.start as usize + PLACE) as *const [u8; SIZE];
+    // SAFETY: flash, which is always readable and does not change while this program runs.
+    let header = unsafe { header.read_volatile() };
+    Header::parse(&header).map(|header| header.body())
+}
+
+/// Asks the bootloader for an update after the reset that follows.
+pub fn ask_for_update(product: ImageId, contact: &Contact) {
+    mailbox::put(&Record::new(product, contact, crc));
+}
