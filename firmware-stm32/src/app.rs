@@ -25,7 +25,7 @@ use plumbline::measure::{I32x3, ONE_G, Reading, SAMPLE_PERIOD};
 use plumbline::node::driver::{Driver, Line, Output, Platform, TwoPriorities};
 use plumbline::node::{Leds, ProductNode, StoreOf};
 use plumbline::store::{Owner, Store, StoreError};
-use plumbline::time::{Instant, after, earlier, reached};
+use plumbline::time::{Instant, after, earlier};
 #[cfg(feature = "behind-bootloader")]
 use plumbline::update::Contact;
 
@@ -289,11 +289,11 @@ impl<N: ProductNode, E: Element + 'static> App<N, E> {
             }
             return true;
         }
-        if !reached(now, self.sample_due) {
+        if !clock::is_due(now, self.sample_due, SAMPLE_PERIOD) {
             return false;
         }
         self.sample_due = after(self.sample_due, SAMPLE_PERIOD);
-        if reached(now, self.sample_due) {
+        if clock::is_due(now, self.sample_due, SAMPLE_PERIOD) {
             // The flash was busy. The FIFO of the accelerometer has the values.
             self.sample_due = after(now, SAMPLE_PERIOD);
         }

@@ -23,16 +23,16 @@ mod inspection;
 pub mod mailboxes;
 mod pulses;
 pub mod receive;
+mod setup;
 pub mod transmit;
 
 pub use events::BusEvents;
 pub use pulses::on_pulse;
 
 use change::Change;
-use filters::Banks;
 use pulses::Pulses;
+use setup::Setup;
 
-use crate::bit_timing::btr;
 use crate::board::{self, CanPeripheral};
 use crate::clock;
 use cortex_m::peripheral::NVIC;
@@ -78,26 +78,10 @@ fn unmask_interrupts() {
     }
 }
 
-/// The mode and bit rate of the bus.
-#[derive(Clone, Copy)]
-struct Settings {
-    mode: BusMode,
-    rate: BitRate,
-}
-
-impl Settings {
-    /// The value of CAN_BTR.
-    fn timing(self) -> u32 {
-        let silent = u32::from(self.mode == BusMode::Listen) << 31;
-        btr(self.rate) | silent
-    }
-}
-
 /// The part of the CAN controller that the main loop uses: all except the receive FIFO and the mailboxes.
 pub struct Bus {
     can: bxcan::Can<Controller>,
-    /// None until the first [`configure`](Self::configure).
-    settings: Option<Settings>,
+    setup: Setup,
     change: Change,
     /// The number of times that the controller did not acknowledge initialization mode, since it did last.
     tries: u8,
@@ -105,8 +89,6 @@ pub struct Bus {
     state: BusState,
     overruns: u32,
     pulses: Pulses,
-    /// The filters of the controller.
-    banks: Banks,
     /// The time of the next comparison.
     inspection: Instant,
     /// The [difference](Self::difference) after the registers were set: values that the controller does not take.
@@ -120,15 +102,14 @@ impl Bus {
         // the watchdog, which runs since the start of the boot, ends the wait.
         let can = bxcan::Can::builder(Controller(peripheral)).leave_disabled();
         unmask_interrupts();
-        singleton!(: Bus = Bus {
+        singleton!(BUS: Bus = Bus {
             can,
-            settings: None,
+            setup: Setup::NONE,
             change: Change::Done,
             tries: 0,
             state: BusState::Active,
             overruns: 0,
             pulses: Pulses::NONE,
-            banks: Banks::NONE,
             inspection: clock::now(),
             untaken: 0,
         })
@@ -138,8 +119,7 @@ impl Bus {
     pub fn configure(&mut self, mode: BusMode, rate: BitRate, filters: Filters<'_>) {
         // A reset that still runs is begun again, so that its effect is not lost.
         let listening = self.is_listening() || matches!(self.change, Change::Resetting { .. });
-        self.settings = Some(Settings { mode, rate });
-        self.banks = Banks::of(mode, filters);
+        self.setup = Setup::of(mode, rate, filters);
         if listening {
             // At a wrong bit rate the controller may never detect the end of a frame, and there is none of its own. Errors of
             // the search must not count in normal mode.
@@ -155,15 +135,14 @@ impl Bus {
         if self.restless() {
             return false;
         }
-        self.banks = Banks::of(BusMode::Normal, filters);
-        filters::change(&self.can.instance().0, &self.banks);
+        self.setup.refilter(&self.can.instance().0, filters);
         true
     }
 
     /// Starts the recovery from bus-off: enters and leaves initialization mode. Then the controller waits for 128 times 11
     /// recessive bits. A running change of mode has the same effect.
     pub fn recover(&mut self) {
-        if matches!(self.change, Change::Done) && self.settings.is_some() {
+        if matches!(self.change, Change::Done) && !self.setup.is_none() {
             self.leave();
         }
     }
@@ -200,9 +179,7 @@ impl Bus {
     }
 
     fn is_listening(&self) -> bool {
-        self.settings
-            .as_ref()
-            .is_some_and(|settings| settings.mode == BusMode::Listen)
+        self.setup.is_listening()
     }
 
     /// The next event of the controller since the last call. Call it until it returns None.

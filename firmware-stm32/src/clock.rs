@@ -9,7 +9,7 @@ use crate::{board, sleep};
 use core::cell::Cell;
 use cortex_m::peripheral::{SCB, SYST};
 use critical_section::Mutex;
-use plumbline::time::Instant;
+use plumbline::time::{Duration, Instant, after, reached};
 
 const TICKS_PER_US: u32 = board::CORE_CLOCK / 1_000_000;
 const TICKS_PER_MS: u32 = 1000 * TICKS_PER_US;
@@ -73,6 +73,12 @@ pub fn now() -> Instant {
         };
         Instant::from_ticks(ticked + u64::from(ticks / TICKS_PER_US))
     })
+}
+
+/// Whether the time of something that is done once in `period` has come. A time after the next period is that of a disturbed variable: then
+/// it is due now.
+pub fn is_due(now: Instant, due: Instant, period: Duration) -> bool {
+    reached(now, due) || !reached(after(now, period), due)
 }
 
 /// Wakes the main loop with the first interrupt at or after `time`; at once if it has already come.

@@ -1,10 +1,9 @@
 //! The changes of mode of the controller, in steps: reset, initialization mode, the way back to the bus.
 
 use super::inspection::{INTERRUPTS, Mode};
-use super::{Bus, filters, transmit};
+use super::{Bus, transmit};
 use crate::board;
 use crate::clock;
-use plumbline::node::BusMode;
 use plumbline::node::driver;
 use plumbline::time::{Duration, Instant, after, millis, reached};
 
@@ -183,18 +182,15 @@ impl Bus {
     fn join(&mut self) {
         self.tries = 0;
         self.forget_error();
-        let Some(settings) = self.settings else {
-            return;
-        };
-        let timing = settings.timing();
-        let mut difference = self.set(timing);
+        self.setup.verify();
+        let mut difference = self.set();
         if difference != self.untaken {
             // Twice, because a disturbance between write and read is no property of the controller.
-            difference = self.set(timing);
+            difference = self.set();
         }
         self.untaken = difference;
         // In initialization mode the output of the controller is recessive (RM0008, 24.4.1).
-        board::connect_transmitter(settings.mode == BusMode::Normal);
+        board::connect_transmitter(!self.setup.is_listening());
         self.registers()
             .mcr()
             .modify(|_, w| w.sleep().clear_bit().inrq().clear_bit());
@@ -202,20 +198,17 @@ impl Bus {
     }
 
     /// In initialization mode: sets all registers. Returns the [difference](Self::difference).
-    fn set(&mut self, timing: u32) -> u32 {
+    fn set(&mut self) -> u32 {
         let registers = &self.can.instance().0;
-        filters::set(registers, &self.banks);
-        // SAFETY: timing fields from the tested table, and the silent bit. Loop back stays off. The interrupts have their handlers.
-        unsafe {
-            registers.btr().write(|w| w.bits(timing));
-            registers.ier().write(|w| w.bits(INTERRUPTS));
-        }
+        self.setup.set(registers);
+        // SAFETY: the interrupts have their handlers.
+        registers.ier().write(|w| unsafe { w.bits(INTERRUPTS) });
         // Written whole, as IER: a disturbance can have set others.
         registers.mcr().write(|w| {
             w.txfp().set_bit();
             w.nart().bit(transmit::is_single_attempt());
             w.sleep().clear_bit().inrq().set_bit()
         });
-        self.difference(timing, Mode::Initialization)
+        self.difference(Mode::Initialization)
     }
 }

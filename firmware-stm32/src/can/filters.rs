@@ -45,6 +45,15 @@ impl Banks {
         banks
     }
 
+    /// Adds this content.
+    pub(super) fn sum(&self, digest: &mut Digest) {
+        digest.add(self.active.into());
+        for (bits, mask) in self.active() {
+            digest.add(*bits);
+            digest.add(*mask);
+        }
+    }
+
     fn active(&self) -> impl Iterator<Item = &(u32, u32)> {
         self.words.iter().take(self.active.into())
     }

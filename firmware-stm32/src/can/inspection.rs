@@ -3,8 +3,8 @@
 
 use super::{Bus, Change, transmit, unmask_interrupts};
 use crate::board;
-use plumbline::node::BusMode;
-use plumbline::time::{Duration, Instant, after, millis, reached};
+use crate::clock;
+use plumbline::time::{Duration, Instant, after, millis};
 
 /// The time between comparisons. If the disturbance has selected the internal oscillator, this time is up to eight times as long.
 const PERIOD: Duration = millis(100);
@@ -20,8 +20,6 @@ const OFF_THE_BUS: u32 = 0b11;
 /// CAN_IER: TMEIE and FMPIE0, and all bits that are not reserved.
 pub(super) const INTERRUPTS: u32 = 0b11;
 const ALL_INTERRUPTS: u32 = 0x3_8F7F;
-/// CAN_BTR: SILM, LBKM, SJW, TS2, TS1, BRP. The others are reserved, and can have any value on a clone.
-const TIMING: u32 = 0xC37F_03FF;
 
 /// The mode that the controller must have.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -32,14 +30,20 @@ pub(super) enum Mode {
     Normal,
 }
 
-/// A number for a sequence of differences: 0 if all are 0. A change of one of them changes it.
+/// A number for a sequence of words: 0 if all are 0. A change of one of them changes it.
+#[derive(Default)]
 pub(super) struct Digest(u32);
 
 impl Digest {
-    /// Adds the bits in which a register differs.
-    pub(super) fn add(&mut self, difference: u32) {
+    /// Adds a word.
+    pub(super) fn add(&mut self, word: u32) {
         // The step of FNV-1a.
-        self.0 = (self.0 ^ difference).wrapping_mul(0x0100_0193);
+        self.0 = (self.0 ^ word).wrapping_mul(0x0100_0193);
+    }
+
+    /// The number.
+    pub(super) fn value(&self) -> u32 {
+        self.0
     }
 }
 
@@ -47,26 +51,27 @@ impl Bus {
     /// Compares the configuration of board and controller with the values that were set, and restores it if it has changed. Call it often,
     /// while the SPI is idle.
     pub fn inspect(&mut self, now: Instant) {
-        if !reached(now, self.inspection) {
+        if !clock::is_due(now, self.inspection, PERIOD) {
             return;
         }
         self.inspection = after(now, PERIOD);
         let restored = board::restore();
         unmask_interrupts();
         board::set_up_debugging();
-        let Some(settings) = self.settings else {
+        self.setup.verify();
+        if self.setup.is_none() {
             return;
-        };
+        }
         // The other steps of a change have a limit, and the last one sets the controller.
         let mode = match self.change {
             Change::Done => Mode::Normal,
             Change::Joining { .. } => Mode::Joining,
             Change::Resetting { .. } | Change::Leaving { .. } => return,
         };
-        board::connect_transmitter(settings.mode == BusMode::Normal);
+        board::connect_transmitter(!self.setup.is_listening());
         self.pulses.restore();
         // A value that the controller does not take is no disturbance.
-        if self.difference(settings.timing(), mode) == self.untaken {
+        if self.difference(mode) == self.untaken {
             if restored {
                 warn!("a disturbed register is restored");
             }
@@ -85,7 +90,7 @@ impl Bus {
     }
 
     /// How the controller differs from the configuration that was set, and from its mode; 0 if it does not.
-    pub(super) fn difference(&mut self, timing: u32, mode: Mode) -> u32 {
+    pub(super) fn difference(&mut self, mode: Mode) -> u32 {
         let registers = &self.can.instance().0;
         // An interrupt can change NART.
         let (single, control) = critical_section::with(|_| {
@@ -98,12 +103,11 @@ impl Bus {
             Mode::Joining => (0, 0),
             Mode::Normal => (0, OFF_THE_BUS),
         };
-        let mut digest = Digest(0);
+        let mut digest = Digest::default();
         digest.add(control ^ (TXFP | nart | inrq));
         digest.add(registers.msr().read().bits() & acknowledged);
-        digest.add(registers.btr().read().bits() & TIMING ^ timing);
         digest.add(registers.ier().read().bits() & ALL_INTERRUPTS ^ INTERRUPTS);
-        self.banks.compare(registers, &mut digest);
-        digest.0
+        self.setup.compare(registers, &mut digest);
+        digest.value()
     }
 }

@@ -2,6 +2,7 @@
 
 use crate::rig::*;
 use bench::BusRate;
+use host_tests::effort;
 use plumbline::can::BitRate;
 use stm32_sim::bxcan::Silicon;
 use stm32_sim::rcc::ResetCause;
@@ -81,4 +82,56 @@ pub fn dominant_bus_at_the_start_blinks_the_error_led_without_a_restart() {
     rig.run(1_500);
     assert_eq!(lit(&rig), blinks);
     assert!(!rig.device().leds().error);
+}
+
+/// The configuration registers of the CAN controller, with their values.
+fn configuration(rig: &mut Rig) -> Vec<(u32, Option<u32>)> {
+    let sensor = rig.microcontroller_mut();
+    let mut all = sensor.configuration();
+    all.retain(|address| (0x4000_6400..0x4000_6800).contains(address));
+    let value = |address| (address, sensor.configured(address));
+    all.into_iter().map(value).collect()
+}
+
+/// Polls until there is an answer; the sensor can restart. Returns false if there is none in time.
+fn answers(rig: &mut Rig) -> bool {
+    (0..LONGEST).step_by(50).any(|_| {
+        rig.frames();
+        rig.send(&[fsc::INCLINATION]);
+        rig.run(50);
+        let frames = rig.frames();
+        frames
+            .iter()
+            .any(|frame| frame.bytes()[0] == fsc::INCLINATION)
+    })
+}
+
+/// The driver keeps what it restores. A disturbance inverts a bit of that, another one lets the driver restore the controller.
+#[test]
+pub fn inverted_bits_of_the_driver_do_not_get_into_the_controller() {
+    let mut rig = Rig::booted("is2", RATE);
+    rig.io().0.be_lenient();
+    rig.microcontroller_mut().take_faults();
+    let expected = configuration(&mut rig);
+    let image = rig.microcontroller().image();
+    let start = image.address_of("::BUS").expect("the driver");
+    let (name, _) = image.name_of(start).expect("its name");
+    let is_of_driver = |address: &u32| image.name_of(*address).is_some_and(|it| it.0 == name);
+    let addresses: Vec<u32> = (start..).take_while(is_of_driver).collect();
+    assert!(addresses.len() > 40, "bit timing, and two filters");
+    let step = effort::choose(13, 1);
+    let bits = addresses
+        .into_iter()
+        .flat_map(|at| (0..8).map(move |bit| (at, bit)));
+    for (address, bit) in bits.step_by(step) {
+        let core = rig.microcontroller_mut().core_mut();
+        let byte = core.bytes(address, 1).expect("RAM")[0];
+        assert!(core.load(address, &[byte ^ 1 << bit]));
+        rig.microcontroller_mut().disturb(CAN_IER, 1 << 1);
+        rig.run(120);
+        let at = address - start;
+        assert!(answers(&mut rig), "byte {at}, bit {bit}");
+        assert_eq!(configuration(&mut rig), expected, "byte {at}, bit {bit}");
+    }
+    std::mem::forget(rig);
 }
