@@ -12,6 +12,7 @@ use crate::sheet::{Address, Entry};
 use plumbline::can::{CanId, Frame};
 use plumbline::model::catalog::Product;
 use plumbline::param::number;
+use std::collections::HashSet;
 
 /// The codes of the article number, and of the serial number with the software version.
 const ARTICLE: u8 = 0x03;
@@ -35,6 +36,20 @@ struct Node {
 pub(super) struct Sensors {
     known: Known,
     nodes: Vec<Node>,
+    /// The identifiers of other devices.
+    foreign: HashSet<u32>,
+}
+
+/// The length of a boot-up message, and of the longest replies.
+const FULL: usize = 8;
+
+/// Whether a product has this code.
+fn has_code(product: &Product, code: u8) -> bool {
+    tables(product).is_some_and(|tables| {
+        let mut access = tables.access.iter();
+        access.any(|row| row.read == code || row.write == code)
+            || tables.functions.iter().any(|row| row.code == code)
+    })
 }
 
 /// A decoder for these products.
@@ -42,6 +57,7 @@ pub(super) fn decoder(known: Known) -> Box<dyn Decoder> {
     let mut sensors = Sensors {
         known,
         nodes: Vec::new(),
+        foreign: HashSet::new(),
     };
     let products: Vec<&Product> = sensors.known.products().collect();
     for product in products {
@@ -58,6 +74,30 @@ pub(super) fn decoder(known: Known) -> Box<dyn Decoder> {
 }
 
 impl Sensors {
+    /// Whether one of the products has all bits in the status of a boot-up message. A value of J1939 that is not available has all
+    /// bits.
+    fn have_status(&self, frame: &Frame) -> bool {
+        let status = frame.bytes().get(1).copied().unwrap_or_default();
+        let mut tables = self.known.products().filter_map(tables);
+        tables.any(|tables| names(&tables.status, status).len() == status.count_ones() as usize)
+    }
+
+    /// A full frame without a code is from another device, whose other frames can have the form of a boot-up message: the values of a
+    /// group of J1939 do.
+    fn leave_out(&mut self, frame: &Frame) {
+        let [code, ..] = frame.bytes() else {
+            return;
+        };
+        if frame.bytes().len() < FULL || self.known.products().any(|own| has_code(own, *code)) {
+            return;
+        }
+        let id = frame.can_id();
+        self.foreign.insert(id.bits());
+        // Those with the identifiers as delivered have a SYNC identifier.
+        self.nodes
+            .retain(|node| node.sync.is_some() || node.sensor.reply != Some(id));
+    }
+
     /// The number of boot-up messages with these identifiers that were heard before.
     fn insert(&mut self, sensor: Sensor, sync: Option<CanId>) -> &mut Node {
         let mut nodes = self.nodes.iter();
@@ -82,11 +122,13 @@ impl Decoder for Sensors {
         if frame.is_remote() {
             return None;
         }
-        if let Some(sensor) = boot_up(frame) {
+        let id = frame.can_id();
+        self.leave_out(frame);
+        let is_own = self.have_status(frame) && !self.foreign.contains(&id.bits());
+        if let Some(sensor) = boot_up(frame).filter(|_| is_own) {
             // One frame with this form can come from another device.
             self.insert(sensor, None).booted += 1;
         }
-        let id = frame.can_id();
         let is_own = |node: &&mut Node| {
             node.sensor.request == id || node.sensor.reply == Some(id) || node.sync == Some(id)
         };
@@ -121,14 +163,11 @@ impl Node {
     }
 
     fn named(&self, code: u8) -> Option<(String, bool)> {
-        let is_code = |product: &Product| {
-            tables(product).is_some_and(|tables| {
-                let mut access = tables.access.iter();
-                access.any(|row| row.read == code || row.write == code)
-                    || tables.functions.iter().any(|row| row.code == code)
-            })
-        };
-        if !self.device.products().any(is_code) {
+        if !self
+            .device
+            .products()
+            .any(|product| has_code(product, code))
+        {
             return None;
         }
         Some(match self.code(code) {

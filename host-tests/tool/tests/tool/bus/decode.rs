@@ -246,6 +246,28 @@ fn node_of_one_protocol_does_not_get_the_frames_of_another_one() {
     assert_eq!(protocols, ["canopen", "devicenet", "devicenet", "canopen"]);
 }
 
+/// The pitch of SSI is not available, so the frame has the form of a boot-up message with the Set-Parameter-ID 01B6FFFFh.
+#[test]
+fn group_of_j1939_with_a_value_that_is_not_available_is_no_boot_up() {
+    for line in decoded("", &["0CF01380#FFFFFFFFB681CFFF"; 3]) {
+        assert!(line.starts_with("j1939 128: SSI (F013h)"), "{line}");
+    }
+}
+
+/// Twice the same values of ACCS have the form of two boot-up messages.
+#[test]
+fn group_of_j1939_with_changing_values_is_no_boot_up() {
+    let frames = [
+        "0CF02D80#A87C627DD080C0FF",
+        "0CF02D80#FF7C627DD080C0FF",
+        "0CF02D80#FF7C627DD080C0FF",
+        "0CF02D80#507DB77CCD80C0FF",
+    ];
+    for line in decoded("", &frames) {
+        assert!(line.starts_with("j1939 128: ACCS (F02Dh)"), "{line}");
+    }
+}
+
 #[test]
 fn file_without_a_frame_is_refused_and_a_wrong_line_is_left_out() {
     let path = file("decode-lines.log");

@@ -18,6 +18,7 @@ mod interrupted;
 mod j1939;
 mod labels;
 mod listen_only;
+mod mixed_traffic;
 mod names;
 mod opening;
 mod products;
