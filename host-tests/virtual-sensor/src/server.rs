@@ -29,7 +29,7 @@ use crate::slcan::Channel;
 use bench::{AdapterId, Bus, DeviceId, Source};
 use clock::{Line, write_time};
 use outbox::Outbox;
-use plumbline::time::Instant;
+use plumbline::time::{Instant, after, millis};
 use port::{AdapterPort, Leaving};
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -50,6 +50,13 @@ const PAUSE_MIN: Duration = Duration::from_micros(100);
 
 /// The minimum pause while no client is on the bus: nobody sees when the bus runs.
 const PAUSE_UNSEEN: Duration = Duration::from_millis(20);
+
+/// The time of the bus that is simulated at once.
+const SLICE: plumbline::time::Duration = millis(20);
+
+/// The longest time of the computer for it. A computer that is too slow for the sensor makes the time of the bus slower, so that clients are
+/// still served.
+const PATIENCE: Duration = Duration::from_millis(100);
 
 /// Events from outside the bus.
 enum Event {
@@ -209,7 +216,7 @@ impl Server {
             };
             match event {
                 Ok(event) => {
-                    self.bus.run_until(self.now());
+                    self.run_bus();
                     let mut next = Some(event);
                     let mut burst = 0;
                     while let Some(event) = next.take() {
@@ -265,9 +272,23 @@ impl Server {
         sessions.any(|session| self.bus.takes_part(session.adapter)) || !self.leaving.is_empty()
     }
 
+    /// Advances the bus to the current time, or by what the computer has simulated in [`PATIENCE`].
+    fn run_bus(&mut self) {
+        let begin = std::time::Instant::now();
+        let now = self.now();
+        while self.bus.now() < now {
+            self.bus.run_until(now.min(after(self.bus.now(), SLICE)));
+            if begin.elapsed() > PATIENCE {
+                let behind = (now - self.bus.now()).ticks();
+                self.start += Duration::from_micros(behind);
+                return;
+            }
+        }
+    }
+
     /// Advances the bus to the current time and passes on its traffic.
     fn advance(&mut self) -> Result<(), RunError> {
-        self.bus.run_until(self.now());
+        self.run_bus();
         let mut lines = Vec::new();
         let (bus, leaving) = (&mut self.bus, &mut self.leaving);
         self.sessions.retain(|_, session| {
