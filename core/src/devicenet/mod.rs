@@ -31,5 +31,6 @@ pub mod table;
 
 pub use allocation::choice;
 pub use explicit::{general, service};
+pub use objects::identity::BOOT;
 pub use protocol::{Devicenet, DevicenetNode};
 pub use table::{Assembly, Attribute, Identity, Object, Own, Product, Roles, Source};

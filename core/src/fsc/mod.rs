@@ -22,5 +22,6 @@ pub mod wire;
 
 pub use node::FscNode;
 pub use protocol::Fsc;
+pub use request::{FLASH, UPDATE};
 pub use status::{Condition, StatusBit};
 pub use table::{Article, ArticleNumber, Own, Product, Version};

@@ -283,6 +283,17 @@ pub enum Command {
         #[arg(long, short, value_name = "FILE")]
         output: PathBuf,
     },
+    /// Load the program of an image file into a sensor with a bootloader
+    Update {
+        /// The image file, from `image`
+        file: PathBuf,
+        /// Also load an older version
+        #[arg(long)]
+        downgrade: bool,
+        /// Do not write the settings into a file before
+        #[arg(long)]
+        no_backup: bool,
+    },
     /// List the ports of this computer
     Ports,
     /// Print the completions for a shell

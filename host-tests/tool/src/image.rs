@@ -5,7 +5,7 @@ use object::elf::{EM_ARM, FileHeader32, PT_LOAD};
 use object::read::elf::{ElfFile32, FileHeader, ProgramHeader};
 use object::{Endianness, Object, ObjectSection};
 use plumbline::model::catalog::PRODUCTS;
-use plumbline::update::header::{PAGE, PLACE, SIZE};
+use plumbline::update::header::{PAGE, PLACE, SIZE, body_parts, crc, first_page_parts};
 use plumbline::update::layout::LAYOUTS;
 use plumbline::update::{About, Contents, Header};
 
@@ -69,6 +69,34 @@ impl ImageFile {
         let header = Header::new(&contents, &body).ok_or(Fault::NotBehindBootloader)?;
         let bytes = [header.bytes(), &body[..]].concat();
         let board = board.name;
+        Ok(Self {
+            header,
+            board,
+            bytes,
+        })
+    }
+
+    /// An image file.
+    ///
+    /// # Errors
+    /// It is not one, or it is damaged.
+    pub fn parse(bytes: Vec<u8>) -> Result<Self, Fault> {
+        let header = bytes.first_chunk().and_then(Header::parse);
+        let header = header.ok_or(Fault::NoImage)?;
+        let body = &bytes[SIZE..];
+        let is_whole = body.len() == header.length()
+            && crc(&body_parts(body)) == header.body()
+            && body.first_chunk().is_some_and(|page| {
+                let mut page: [u8; PAGE] = *page;
+                page[PLACE..PLACE + SIZE].copy_from_slice(header.bytes());
+                crc(&first_page_parts(&page)) == header.first_page()
+            });
+        if !is_whole {
+            return Err(Fault::DamagedImage);
+        }
+        let mut boards = LAYOUTS.iter();
+        let board = boards.find(|layout| layout.board == header.board());
+        let board = board.ok_or(Fault::OtherBoard(header.board()))?.name;
         Ok(Self {
             header,
             board,

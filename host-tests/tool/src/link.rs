@@ -67,6 +67,11 @@ impl Link {
         std::mem::replace(&mut self.is_ending, is_ending)
     }
 
+    /// Whether the user wants to stop.
+    pub fn is_stopped(&self) -> bool {
+        (self.stopped)()
+    }
+
     /// The adapter of the link.
     pub fn adapter(&mut self) -> &mut dyn Adapter {
         self.adapter.as_mut()

@@ -98,6 +98,10 @@ texts! {
             "das Protokoll des Busses ist {name}: Das Programm sendet keine Anfragen anderer Protokolle";
         SearchTakes(seconds: u64) = "the requests to all node-IDs, MAC IDs and 11-bit identifiers take at least {seconds} s",
             "die Anfragen an alle Node-IDs, MAC IDs und 11-Bit-Identifier dauern mindestens {seconds} s";
+        WaitsInBootloader = "the sensor waits in its bootloader: its settings were not read",
+            "der Sensor wartet in seinem Bootloader: Seine Einstellungen wurden nicht gelesen";
+        SettingsDiffer(count: usize, path: String) = "{count} settings differ from {path}: `plumbline restore` writes them again",
+            "{count} Einstellungen sind anders als in {path}: `plumbline restore` schreibt sie wieder";
         NothingSent = "nothing was sent", "nichts wurde gesendet";
         OnlyAcknowledged = "nothing was sent, but the messages of other devices were acknowledged",
             "nichts wurde gesendet, aber die Nachrichten anderer Geräte wurden bestätigt";
@@ -120,6 +124,7 @@ texts! {
         DeliveredAgain(at: At) = "asking at the addresses as delivered again, with more time ({at})",
             "fragt bei {at} noch einmal auf den Adressen wie geliefert, mit mehr Zeit";
         Everybody(at: At) = "asking at all node-IDs and MAC IDs ({at})", "fragt bei {at} auf allen Node-IDs und MAC IDs";
+        Downloads(version: String) = "loading version {version} into the sensor", "lädt die Version {version} in den Sensor";
         Identifiers(seconds: u64, at: At) = "searching all 11-bit identifiers, at least {seconds} s ({at})",
             "sucht bei {at} auf allen 11-Bit-Identifiern, mindestens {seconds} s lang";
     }

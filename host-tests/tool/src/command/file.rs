@@ -20,6 +20,17 @@ pub(super) fn backup(
     path: &Path,
     terminal: &mut Terminal,
 ) -> Result<(), Error> {
+    let (_, document) = save(session, found, path, terminal)?;
+    terminal.document(&document)
+}
+
+/// The same without its document, which is returned with the settings.
+pub(super) fn save(
+    session: &mut Session,
+    found: &Found,
+    path: &Path,
+    terminal: &mut Terminal,
+) -> Result<(Backup, Value), Error> {
     replaced(path, terminal)?;
     let configuration = configuration_path(session, path)?;
     if let Some(path) = &configuration {
@@ -36,7 +47,7 @@ pub(super) fn backup(
         terminal.line(format!("the same for CANopen tools (DCF) is in {shown}"))?;
         document["dcf"] = json!(shown);
     }
-    terminal.document(&document)
+    Ok((backup, document))
 }
 
 /// The settings in a file for this sensor, with the name of the file.

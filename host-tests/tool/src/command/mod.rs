@@ -11,6 +11,7 @@ mod parameters;
 mod place;
 mod ports;
 mod record;
+mod update;
 mod watch;
 
 use crate::adapter::unread::Unread;
@@ -283,6 +284,17 @@ fn on_bus(cli: &Cli, bus: &mut Bus, terminal: &mut Terminal) -> Result<(), Error
                 decoder,
                 terminal,
             )
+        }
+        Command::Update {
+            file,
+            downgrade,
+            no_backup,
+        } => {
+            let wish = update::Wish {
+                downgrade: *downgrade,
+                backup: !no_backup,
+            };
+            update::update(file, wish, bus, terminal)
         }
         Command::Identity { output, store, .. } => {
             let into = identity::Into {

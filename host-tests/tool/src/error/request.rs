@@ -28,6 +28,8 @@ errors! {
             "{product} spricht {protocol}, der Sensor aber {own}: Wählen Sie ein anderes Produkt";
         OtherProduct(own: String, product: &'static str): Usage "wrong-product" = "the sensor says that it is {own}, not {product}: leave out --product, or use --yes for the tables of {product}",
             "der Sensor nennt sich {own}, nicht {product}: Wählen Sie kein Produkt, oder bestätigen Sie die Tabellen von {product}";
+        ImageProduct(file: String, product: &'static str): Usage "wrong-image" = "the file is for {file}, but the sensor is {product}: nothing has changed",
+            "die Datei ist für {file}, aber der Sensor ist {product}: Nichts hat sich geändert";
         DataSheet(doubts: Doubts): Usage "wrong-product" = "the data sheet {doubts}: give the right file, or --yes",
             "das Datenblatt passt nicht zum Gerät ({doubts}): Wählen Sie die richtige Datei, oder bestätigen Sie";
         BadId(id: String, why: Box<NumberError>): Usage "bad-value" = "--id {id}: {why}", "Identifier {id}: {why}";

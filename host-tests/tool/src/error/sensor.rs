@@ -42,6 +42,8 @@ errors! {
             "the J1939 address {address} does not answer: {NOT_FOUND}";
         MacId(mac: u8): Silent "no-answer" = "MAC ID {mac} does not answer: `plumbline scan` finds the sensor",
             "MAC ID {mac} antwortet nicht: {NOT_FOUND_DE}", "MAC ID {mac} does not answer: {NOT_FOUND}";
+        Bootloader: Silent "no-answer" = "the bootloader does not answer: `plumbline update` with the address of the sensor goes on",
+            "der Bootloader antwortet nicht: `plumbline update` mit der Adresse des Sensors setzt das Update fort";
         Selection: Silent "no-answer" = "no node has answered to the selection by LSS: does another node have the same identity (1018h)?",
             "kein Knoten hat auf die Auswahl durch LSS geantwortet: Hat ein anderer Knoten dieselbe Identität (1018h)?";
         Lss: Silent "no-answer" = "the sensor does not answer LSS requests: `plumbline scan` finds it",
@@ -101,6 +103,16 @@ errors! {
             "{name} ist {text}, deshalb hat die Antwort auf einen Poll keinen Winkel: Setzen Sie {name}, oder lassen Sie --cyclic weg";
         IoSize(size: usize): Usage "wrong-product" = "the I/O messages of the sensor have {size} bytes, which are no angles of this product: is --product right?",
             "die I/O-Nachrichten des Sensors haben {size} Bytes, die keine Winkel dieses Produkts sind: Ist das richtige Produkt gewählt?";
+        NoBootloader: Refused "no-bootloader" = "the sensor has no bootloader: it is an original, or its program was flashed without one; nothing has changed",
+            "der Sensor hat keinen Bootloader: Er ist ein Original, oder sein Programm wurde ohne Bootloader geladen; nichts hat sich geändert";
+        ImageUnfit: Refused "wrong-image" = "the bootloader refuses the file: it is for another product or board; nothing has changed",
+            "der Bootloader lehnt die Datei ab: Sie ist für ein anderes Produkt oder Board; nichts hat sich geändert";
+        ImageOlder(version: String): Refused "older-image" = "the program of the sensor is newer than {version}: --downgrade loads the file all the same; nothing has changed",
+            "das Programm des Sensors ist neuer als {version}: --downgrade lädt die Datei trotzdem; nichts hat sich geändert";
+        ImageDamaged: Refused "damaged-image" = "the file has arrived damaged: start the command again; the sensor waits in its bootloader",
+            "die Datei ist beschädigt angekommen: Beginnen Sie den Befehl noch einmal; der Sensor wartet in seinem Bootloader";
+        OtherProgram(crc: String): Refused "other-program" = "after the restart the sensor runs another program than that of the file (CRC {crc}): start the command again",
+            "nach dem Neustart läuft im Sensor ein anderes Programm als das der Datei (CRC {crc}): Beginnen Sie den Befehl noch einmal";
         Restarted: Silent "restarted" = "the sensor was switched off and on, and sends with its stored period now: start the command again",
             "der Sensor war aus und sendet jetzt mit seiner gespeicherten Periode: Beginnen Sie noch einmal";
         NotFound: Silent "nothing-found" = "no sensor was found: check power, wiring and terminators, then switch the sensor off and on during `plumbline scan`, or try `plumbline scan --search`",
@@ -144,6 +156,7 @@ texts! {
         Assembly = "an assembly", "eine Assembly";
         CyclicMode = "cyclic mode", "den zyklischen Betrieb";
         TheAngles = "the angles", "die Winkel";
+        Program = "the update", "das Update";
         Function = "the function", "die Funktion";
     }
 }

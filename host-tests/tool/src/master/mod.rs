@@ -17,9 +17,10 @@ pub use roles::{Codes, Roles, Storing, factory_rate, factory_target, factory_tar
 
 use crate::cyclic::{Source, Started};
 use crate::decode::{Decoder, Known};
-use crate::error::{Error, RequestError};
+use crate::error::{Error, RequestError, SensorError};
 use crate::identify::Found;
 use crate::link::Link;
+use crate::master::canopen::sdo::Server;
 use crate::master::devicenet::explicit::Slave;
 use crate::master::fsc::request::Sensor;
 use crate::ops::identity::Values;
@@ -201,6 +202,38 @@ pub trait Master {
     /// See [`read`](Self::read).
     fn store_rate(&self, _session: &mut Session, _rate: BitRate) -> Result<bool, Error> {
         Ok(false)
+    }
+
+    /// The CRC-32 of the program of the sensor; None: it has no bootloader.
+    ///
+    /// # Errors
+    /// Nobody answers, or the adapter fails.
+    fn program(&self, _session: &mut Session) -> Result<Option<u32>, Error> {
+        Ok(None)
+    }
+
+    /// Restarts the sensor into its bootloader.
+    ///
+    /// # Errors
+    /// See [`read`](Self::read).
+    fn enter_bootloader(&self, _session: &mut Session) -> Result<(), Error> {
+        Err(SensorError::NoBootloader.into())
+    }
+
+    /// Whether the bootloader answers at the address in place of the sensor.
+    ///
+    /// # Errors
+    /// The adapter fails.
+    fn is_bootloader(&self, _link: &mut Link) -> Result<bool, Error> {
+        Ok(false)
+    }
+
+    /// The SDO server of the bootloader of the sensor; None: its identifiers are not known.
+    ///
+    /// # Errors
+    /// The adapter fails.
+    fn bootloader(&self, _link: &mut Link) -> Result<Option<Server>, Error> {
+        Ok(None)
     }
 
     /// What the sensor tells about itself; what it does not have is left out.

@@ -13,6 +13,7 @@ pub mod report;
 pub mod request;
 pub(crate) mod restore;
 pub(crate) mod set;
+pub(crate) mod update;
 
 use crate::error::Error;
 use crate::identify::{self, Found};

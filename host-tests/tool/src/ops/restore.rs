@@ -109,6 +109,11 @@ fn document(differences: &[Difference]) -> Value {
     Value::Object(rows.collect::<Map<_, _>>())
 }
 
+/// The number of settings of a file that differ from the sensor.
+pub(crate) fn count_differences(session: &mut Session, backup: &Backup) -> Result<usize, Error> {
+    Ok(differences(session, backup)?.len())
+}
+
 /// Prints the settings of a file that differ from the sensor. With `exit_code` a difference is a failure.
 pub(crate) fn diff(
     session: &mut Session,

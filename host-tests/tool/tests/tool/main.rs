@@ -6,6 +6,7 @@
 //! - [`browser`]: what only a browser can show
 //! - [`image`]: the commands against images on the simulated microcontroller
 //! - [`image_file`]: image files of updates
+//! - [`update`]: updates of images behind a bootloader
 //! - [`process`]: the program as a process
 
 mod browser;
@@ -15,3 +16,4 @@ mod image_file;
 mod page_modules;
 mod process;
 mod serve;
+mod update;

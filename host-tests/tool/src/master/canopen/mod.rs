@@ -12,14 +12,17 @@ mod rows;
 pub mod sdo;
 mod session;
 
-pub(super) use session::{commands, load, loads_at_restart, object, own, read, save, write};
+pub(super) use session::{
+    commands, enter_bootloader, is_stopped, load, loads_at_restart, object, own, program, read,
+    save, write,
+};
 
 use super::{Master, Protocol, Roles, Storing, Target};
 use crate::cyclic::{Source, Started};
 use crate::error::{Error, RequestError};
 use crate::identify::Found;
 use crate::link::Link;
-use crate::master::canopen::sdo::Answer;
+use crate::master::canopen::sdo::{Answer, Server};
 use crate::ops::identity::Values;
 use crate::ops::report::Done;
 use crate::output::Terminal;
@@ -140,6 +143,23 @@ impl Master for Node {
 
     fn restart(&self, session: &mut Session) -> Result<(), Error> {
         self.restart_in(session)
+    }
+
+    fn program(&self, session: &mut Session) -> Result<Option<u32>, Error> {
+        program(session, self.server())
+    }
+
+    fn enter_bootloader(&self, session: &mut Session) -> Result<(), Error> {
+        enter_bootloader(session, self.server())
+    }
+
+    fn is_bootloader(&self, link: &mut Link) -> Result<bool, Error> {
+        is_stopped(link, self.server())
+    }
+
+    fn bootloader(&self, _link: &mut Link) -> Result<Option<Server>, Error> {
+        let id = |base| CanId::standard(base + u16::from(self.0));
+        Ok(Some(Server::bootloader(id(SDO_REQUEST), id(SDO_REPLY))))
     }
 
     fn identity(&self, session: &mut Session) -> Result<Values, Error> {

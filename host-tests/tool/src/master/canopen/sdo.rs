@@ -11,6 +11,7 @@
 //!  80h abort           index    sub-index  abort code
 //! ```
 
+mod download;
 mod reasons;
 
 use crate::error::{Error, Refusal, SensorError, Silence, What};
@@ -70,6 +71,7 @@ impl<T> Answer<T> {
             Self::Silent => Err(match peer.into() {
                 Peer::Node(node) => Silence::Node(node).into(),
                 Peer::Address(address) => Silence::J1939Node(address).into(),
+                Peer::Bootloader(..) => Silence::Bootloader.into(),
             }),
         }
     }
@@ -82,6 +84,8 @@ pub enum Peer {
     Node(u8),
     /// A J1939 node, with its address, 0 to 253.
     Address(u8),
+    /// A bootloader, with the identifiers of its requests and its replies.
+    Bootloader(CanId, CanId),
 }
 
 impl From<u8> for Peer {
@@ -128,6 +132,14 @@ impl Server {
         }
     }
 
+    /// The server of a bootloader.
+    pub const fn bootloader(request: CanId, reply: CanId) -> Self {
+        Self {
+            peer: Peer::Bootloader(request, reply),
+            time: ANSWER,
+        }
+    }
+
     /// The same with the wait for an answer that comes when the memory is written.
     pub const fn patient(self) -> Self {
         Self {
@@ -148,6 +160,7 @@ impl Server {
                     [SDO_REQUEST, SDO_REPLY].map(|base| CanId::standard(base + node));
                 (request, Reply::Node(answer))
             }
+            Peer::Bootloader(request, answer) => (request, Reply::Node(answer)),
             Peer::Address(address) => {
                 let own = link.own_address()?;
                 let request = Identifier::new(PROPRIETARY_A, address, own).can_id();

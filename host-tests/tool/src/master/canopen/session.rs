@@ -3,9 +3,10 @@
 use super::Node;
 use super::tables;
 use crate::error::{Error, RequestError, What};
+use crate::link::Link;
 use crate::master::canopen::lss;
 use crate::master::canopen::nmt::{self, Command};
-use crate::master::canopen::sdo::Server;
+use crate::master::canopen::sdo::{Answer, Server};
 use crate::ops::report::Done;
 use crate::session::{Session, unexpected};
 use crate::sheet::{Address, Entry};
@@ -99,6 +100,36 @@ pub(in crate::master) fn load(session: &mut Session, server: Server) -> Result<D
         object(session, server, one, &[1], What::Load)?;
     }
     Ok(Done::FactoryLoaded)
+}
+
+/// The objects of CiA 302-3: program control, and the CRC of the program.
+const CONTROL: (u16, u8) = (0x1F51, 1);
+const PROGRAM: (u16, u8) = (0x1F56, 1);
+
+/// The CRC-32 of the program; None: the device does not have the object.
+pub(in crate::master) fn program(
+    session: &mut Session,
+    server: Server,
+) -> Result<Option<u32>, Error> {
+    let (index, sub) = PROGRAM;
+    match server.read(&mut session.link, index, sub)? {
+        Answer::Aborted(_) => Ok(None),
+        answer => Ok(Some(number(&answer.must(server, What::Program)?))),
+    }
+}
+
+/// Whether the program is stopped: the bootloader answers.
+pub(in crate::master) fn is_stopped(link: &mut Link, server: Server) -> Result<bool, Error> {
+    let (index, sub) = CONTROL;
+    Ok(server.read(link, index, sub)? == Answer::Done(vec![0]))
+}
+
+/// Stops the program: the device restarts into its bootloader.
+pub(in crate::master) fn enter_bootloader(
+    session: &mut Session,
+    server: Server,
+) -> Result<(), Error> {
+    object(session, server, CONTROL, &[0], What::Program)
 }
 
 impl Node {

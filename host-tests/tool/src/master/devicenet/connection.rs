@@ -4,7 +4,7 @@ use crate::error::{Error, SensorError, What};
 use crate::master::devicenet::explicit::{Path, Response, Slave};
 use crate::session::{Session, unexpected};
 use crate::sheet::{Address, Entry};
-use plumbline::devicenet::service;
+use plumbline::devicenet::{BOOT, service};
 use plumbline::param::{DataType, number};
 use plumbline::time::{Duration, Instant, after, millis};
 
@@ -108,6 +108,22 @@ impl Slave {
         let response = self.request_in(session, service::SET, path, &data)?;
         let what = What::Write(entry.name.clone());
         response.must(self.mac, what).map(|_| ())
+    }
+
+    /// The CRC-32 of the program.
+    pub(super) fn program_in(self, session: &mut Session) -> Result<Option<u32>, Error> {
+        let response = self.request_in(session, service::UPDATE, IDENTITY, &[])?;
+        match response {
+            Response::Refused(..) => Ok(None),
+            response => Ok(Some(number(&response.must(self.mac, What::Program)?))),
+        }
+    }
+
+    /// The service that restarts the sensor into its bootloader. It ends the connection.
+    pub(super) fn enter_bootloader_in(self, session: &mut Session) -> Result<(), Error> {
+        let response = self.request_in(session, service::UPDATE, IDENTITY, BOOT)?;
+        session.connection.is_allocated = false;
+        response.must(self.mac, What::Program).map(|_| ())
     }
 
     /// The reset service of the identity object. It ends the connection.

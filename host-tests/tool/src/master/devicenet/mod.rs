@@ -15,7 +15,7 @@ use crate::cyclic::Started;
 use crate::error::{Error, RequestError, What};
 use crate::identify::Found;
 use crate::link::Link;
-use crate::master::canopen::sdo;
+use crate::master::canopen::sdo::{self, Server};
 use crate::master::devicenet::explicit::{Path, Slave};
 use crate::ops::identity::Values;
 use crate::ops::raw::{bad, bytes};
@@ -132,6 +132,22 @@ impl Master for Slave {
 
     fn restart(&self, session: &mut Session) -> Result<(), Error> {
         self.reset(session, 0)
+    }
+
+    fn program(&self, session: &mut Session) -> Result<Option<u32>, Error> {
+        self.program_in(session)
+    }
+
+    fn enter_bootloader(&self, session: &mut Session) -> Result<(), Error> {
+        self.enter_bootloader_in(session)
+    }
+
+    fn bootloader(&self, _link: &mut Link) -> Result<Option<Server>, Error> {
+        let id = |message| CanId::standard(group_2_id(self.mac, message));
+        Ok(Some(Server::bootloader(
+            id(group_2::REQUEST),
+            id(group_2::RESPONSE),
+        )))
     }
 
     fn identity(&self, session: &mut Session) -> Result<Values, Error> {

@@ -14,6 +14,7 @@ use crate::cyclic::{Source, Started};
 use crate::error::{Error, RequestError, What};
 use crate::identify::Found;
 use crate::link::Link;
+use crate::master::canopen::sdo::Server;
 use crate::master::fsc::request::{Sensor, shown};
 use crate::number::identifier;
 use crate::ops::identity::Values;
@@ -50,6 +51,13 @@ pub const PROTOCOL: Protocol = Protocol {
     unaddressed: None,
     decoder: decode::decoder,
 };
+
+/// The identifier of replies as delivered: the one after that of requests.
+fn following(request: CanId) -> Option<CanId> {
+    let bits = request.bits();
+    let next = CanId::from_bits(bits + 1);
+    (next.bits() == bits + 1).then_some(next)
+}
 
 /// The tables of a product; None: it has another protocol.
 pub fn tables(product: &Product) -> Option<&Tables> {
@@ -167,6 +175,19 @@ impl Master for Sensor {
             ),
         };
         active.map(condition).collect()
+    }
+
+    fn program(&self, session: &mut Session) -> Result<Option<u32>, Error> {
+        self.program_in(session)
+    }
+
+    fn enter_bootloader(&self, session: &mut Session) -> Result<(), Error> {
+        self.enter_bootloader_in(session)
+    }
+
+    fn bootloader(&self, _link: &mut Link) -> Result<Option<Server>, Error> {
+        let reply = self.reply.or_else(|| following(self.request));
+        Ok(reply.map(|reply| Server::bootloader(self.request, reply)))
     }
 
     fn identity(&self, session: &mut Session) -> Result<Values, Error> {

@@ -8,6 +8,7 @@ use crate::ops::identity::{Values, numbers};
 use crate::session::{Session, unexpected};
 use crate::sheet::{Address, Entry};
 use plumbline::fsc::table::{Function, Operation};
+use plumbline::fsc::{FLASH, UPDATE};
 use plumbline::model::listing::fsc::Tables;
 use plumbline::param::number;
 use plumbline::time::Duration;
@@ -104,6 +105,21 @@ impl Sensor {
     pub(super) fn signed(self, session: &mut Session, operation: Operation) -> Result<(), Error> {
         let function = function(own(session)?, operation)?;
         self.command(session, function.code, function.signature, fsc::SAVED)
+    }
+
+    /// The CRC-32 of the program. Another sensor refuses the code, and tells it in its status, which is read to clear it.
+    pub(super) fn program_in(self, session: &mut Session) -> Result<Option<u32>, Error> {
+        let reply = fsc::must(&mut session.link, self, UPDATE, fsc::ANSWER)?;
+        let program = reply.data.get(..4).map(number);
+        if program.is_none() {
+            let tables = own(session)?;
+            fsc::earlier(&mut session.link, self, tables)?;
+        }
+        Ok(program)
+    }
+
+    pub(super) fn enter_bootloader_in(self, session: &mut Session) -> Result<(), Error> {
+        self.command(session, UPDATE, FLASH, fsc::SAVED)
     }
 
     pub(super) fn restart_in(self, session: &mut Session) -> Result<(), Error> {

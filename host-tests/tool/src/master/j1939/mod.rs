@@ -15,6 +15,7 @@ use crate::cyclic::{Source, Started};
 use crate::error::{Error, RequestError};
 use crate::identify::Found;
 use crate::link::Link;
+use crate::master::canopen::sdo::Server;
 use crate::master::j1939::groups as j1939;
 use crate::ops::identity::Values;
 use crate::ops::report::Done;
@@ -22,6 +23,7 @@ use crate::output::Terminal;
 use crate::sample::{Poller, Sampler};
 use crate::session::Session;
 use crate::sheet::Entry;
+use plumbline::j1939::identifier::{Identifier, PROPRIETARY_A};
 use plumbline::model::catalog::{self, Product};
 use plumbline::model::listing::j1939::J1939Tables;
 use plumbline::time::Duration;
@@ -120,6 +122,20 @@ impl Master for Ca {
 
     fn restart(&self, session: &mut Session) -> Result<(), Error> {
         self.restart_in(session)
+    }
+
+    fn program(&self, session: &mut Session) -> Result<Option<u32>, Error> {
+        canopen::program(session, self.server())
+    }
+
+    fn enter_bootloader(&self, session: &mut Session) -> Result<(), Error> {
+        canopen::enter_bootloader(session, self.server())
+    }
+
+    fn bootloader(&self, link: &mut Link) -> Result<Option<Server>, Error> {
+        let own = link.own_address()?;
+        let id = |to, from| Identifier::new(PROPRIETARY_A, to, from).can_id();
+        Ok(Some(Server::bootloader(id(self.0, own), id(own, self.0))))
     }
 
     fn identity(&self, session: &mut Session) -> Result<Values, Error> {

@@ -1,0 +1,178 @@
+//! `plumbline update`.
+
+use super::bus::Bus;
+use super::file;
+use crate::adapter::Mode;
+use crate::backup::Backup;
+use crate::error::{Error, FileError, Kind};
+use crate::identify::Found;
+use crate::image::ImageFile;
+use crate::link::Link;
+use crate::master::{Target, factory_target};
+use crate::note::Note;
+use crate::ops::restore;
+use crate::ops::update::{self, Before};
+use crate::output::Terminal;
+use crate::session::Session;
+use plumbline::model::catalog::{PRODUCTS, Product};
+use serde_json::json;
+use std::path::{Path, PathBuf};
+
+/// The longest image file that is read.
+const LONGEST: u64 = 1 << 20;
+
+/// How a file is loaded.
+#[derive(Clone, Copy)]
+pub(super) struct Wish {
+    /// An older program is permitted.
+    pub downgrade: bool,
+    /// The settings are written into a file before.
+    pub backup: bool,
+}
+
+/// Loads the program of an image file into the sensor.
+///
+/// # Errors
+/// The file is not valid or for another sensor, the sensor has no bootloader, refuses the file, or does not answer.
+pub(super) fn update(
+    path: &Path,
+    wish: Wish,
+    bus: &mut Bus,
+    terminal: &mut Terminal,
+) -> Result<(), Error> {
+    let image = read(path)?;
+    let result = bus.with_found(terminal, |session, found, terminal| {
+        running(session, found, &image, (path, wish), terminal)
+    });
+    match result {
+        Err(failure) if failure.kind() == Kind::Silent => {
+            waiting(&image, wish, bus, terminal, failure)
+        }
+        result => result,
+    }
+}
+
+fn read(path: &Path) -> Result<ImageFile, Error> {
+    let name = path.display().to_string();
+    let bytes = bench::file::read(path, LONGEST)
+        .map_err(|error| FileError::ProgramUnread(name.clone(), error.to_string()))?;
+    Ok(ImageFile::parse(bytes).map_err(|why| FileError::Program(name, why))?)
+}
+
+/// Updates a sensor that answers.
+fn running(
+    session: &mut Session,
+    found: &Found,
+    image: &ImageFile,
+    (path, wish): (&Path, Wish),
+    terminal: &mut Terminal,
+) -> Result<(), Error> {
+    let before = update::check(session, image)?;
+    if before == Before::Same {
+        terminal.line(format!(
+            "the sensor has version {} already",
+            image.version()
+        ))?;
+        return report(image, false, None, terminal);
+    }
+    let mut kept = None;
+    if before == Before::Waits {
+        terminal.note(&Note::WaitsInBootloader);
+    } else {
+        if wish.backup {
+            let path = backup_path(path, session, found);
+            let (backup, _) = file::save(session, found, &path, terminal)?;
+            kept = Some((backup, path));
+        }
+        update::enter(session)?;
+    }
+    finish(session, image, wish, kept, terminal)
+}
+
+/// Goes on with a sensor that waits in its bootloader: that of the address in the options, or that of the product as delivered.
+fn waiting(
+    image: &ImageFile,
+    wish: Wish,
+    bus: &mut Bus,
+    terminal: &mut Terminal,
+    failure: Error,
+) -> Result<(), Error> {
+    let product = PRODUCTS
+        .iter()
+        .find(|product| product.image.number() == image.header.product());
+    let target = bus.options.sensor.target()?;
+    let Some((product, target)) = product.and_then(|product| {
+        let target = target.or_else(|| factory_target(product));
+        Some((product, target?))
+    }) else {
+        return Err(failure);
+    };
+    let mut session = open(bus, product, target, terminal)?;
+    let result = finish(&mut session, image, wish, None, terminal);
+    session.link.end();
+    let released = session.release();
+    session.link.close();
+    match result {
+        Err(own) if own.kind() == Kind::Silent => Err(failure),
+        result => result.and(released),
+    }
+}
+
+fn open(
+    bus: &mut Bus,
+    product: &'static Product,
+    target: Target,
+    terminal: &mut Terminal,
+) -> Result<Session, Error> {
+    let mut link = Link::new(bus.adapter()?, &terminal.stopped);
+    link.open(bus.options.rate, Mode::Active)?;
+    Ok(Session::new(link, target, product))
+}
+
+/// Loads the file and compares the settings with those before.
+fn finish(
+    session: &mut Session,
+    image: &ImageFile,
+    wish: Wish,
+    kept: Option<(Backup, PathBuf)>,
+    terminal: &mut Terminal,
+) -> Result<(), Error> {
+    update::load(session, image, wish.downgrade, terminal)?;
+    terminal.line(format!("the sensor runs version {}", image.version()))?;
+    let kept = match kept {
+        Some((backup, path)) => {
+            let path = path.display().to_string();
+            let count = restore::count_differences(session, &backup)?;
+            if count > 0 {
+                terminal.note(&Note::SettingsDiffer(count, path.clone()));
+            }
+            Some((path, count))
+        }
+        None => None,
+    };
+    report(image, true, kept, terminal)
+}
+
+/// The file of the settings: beside the image file, with product and serial number or address.
+fn backup_path(image: &Path, session: &Session, found: &Found) -> PathBuf {
+    let serial = found.identity().serial();
+    let unit = serial.map_or_else(|| session.target.address(), |serial| serial.to_string());
+    image.with_file_name(format!("{}-{unit}.toml", session.sheet.product.name))
+}
+
+fn report(
+    image: &ImageFile,
+    loaded: bool,
+    kept: Option<(String, usize)>,
+    terminal: &mut Terminal,
+) -> Result<(), Error> {
+    let (backup, different) = kept.unzip();
+    terminal.document(&json!({
+        "product": image.product(),
+        "version": image.version(),
+        "crc": image.header.body(),
+        "loaded": loaded,
+        "backup": backup,
+        "different": different,
+    }))
+}

@@ -1,0 +1,206 @@
+//! `plumbline update`: the program of a sensor with a bootloader, on the simulated microcontroller.
+
+use crate::bus::rig::{Rig, tilted};
+use bench::{BusRate, Flash};
+use plumbline::can::BitRate;
+use plumbline::model::catalog::find;
+use plumbline::update::header::SIZE;
+use plumbline::update::{Contents, Header};
+use plumbline_tool::image::ImageFile;
+use serde_json::json;
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::PathBuf;
+use std::rc::Rc;
+use std::sync::OnceLock;
+use stm32_sim::Microcontroller;
+use stm32_sim::board::Board;
+use stm32_sim::elf::Image;
+use stm32_sim::firmware;
+
+const SERIAL: u32 = 7;
+
+/// The ELF file of the bootloader, or of a program behind it.
+fn elf(name: &str) -> &'static [u8] {
+    static FILES: OnceLock<BTreeMap<String, Vec<u8>>> = OnceLock::new();
+    let files = FILES.get_or_init(|| {
+        let mut built = firmware::build(Board::BluePill, &["bootloader"]).expect("it builds");
+        let programs = ["is2", "jn2101", "tiltix080"];
+        let programs = firmware::build_behind_bootloader(Board::BluePill, &programs);
+        built.extend(programs.expect("it builds"));
+        let read = |path| fs::read(path).expect("the image can be read");
+        let files = built.into_iter();
+        files.map(|(name, path)| (name, read(path))).collect()
+    });
+    files.get(name).expect("an image of this name")
+}
+
+/// A folder of a test with the image file of a program that is newer by this number of versions, or older.
+struct Files {
+    folder: PathBuf,
+    product: &'static str,
+}
+
+impl Files {
+    fn new(product: &'static str, test: &str) -> Self {
+        let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(format!("update-{test}"));
+        let _ = fs::remove_dir_all(&folder);
+        fs::create_dir_all(&folder).unwrap();
+        Self { folder, product }
+    }
+
+    /// The program with four more bytes and this difference of its version.
+    fn image(&self, difference: i32) -> PathBuf {
+        let own = ImageFile::of(elf(self.product)).unwrap();
+        let mut body = own.bytes[SIZE..].to_vec();
+        body.extend(difference.to_le_bytes());
+        let contents = Contents {
+            product: own.header.product(),
+            board: own.header.board(),
+            layout: own.header.layout(),
+            key: 0,
+            version: own.header.version().saturating_add_signed(difference),
+            hash: [0; 32],
+        };
+        let header = Header::new(&contents, &body).unwrap();
+        let path = self
+            .folder
+            .join(format!("{}{difference:+}.plu", self.product));
+        fs::write(&path, [header.bytes(), &body[..]].concat()).unwrap();
+        path
+    }
+
+    /// The file of the settings.
+    fn backup(&self) -> PathBuf {
+        self.folder.join(format!("{}-{SERIAL}.toml", self.product))
+    }
+}
+
+/// A bus with a sensor with a bootloader and its program, which is on-line. Another node acknowledges.
+fn rig(product: &str) -> Rig {
+    let mut rig = Rig::new(BusRate::Fixed(BitRate::K125));
+    (rig.rate, rig.says_yes) = (Some("125"), true);
+    let bootloader = Image::parse(elf("bootloader")).unwrap();
+    let program = Image::parse(elf(product)).unwrap();
+    let image = Rc::new(program.behind(&bootloader).expect("they fit"));
+    let name = find(product).expect("a product").name;
+    let flash = Flash::blank(Board::BluePill.chip().facts().geometry);
+    rig.attach_sensor(Microcontroller::new(name, image, SERIAL, flash, tilted()).quiet());
+    let other = rig.bus.borrow_mut().adapter();
+    rig.bus.borrow_mut().open(other, None, false);
+    rig.run(2300);
+    rig
+}
+
+/// The sensor gets a setting and takes a newer program.
+#[track_caller]
+fn updates(product: &'static str, options: &str, assignment: &str) {
+    let files = Files::new(product, product);
+    let mut rig = rig(product);
+    rig.json(&format!("{options} set {assignment} --save"));
+    rig.run(1100);
+    let (name, _) = assignment.split_once('=').unwrap();
+    let read = format!("{options} get {name}");
+    let before = rig.json(&read);
+    let image = files.image(1);
+    let line = format!("{options} update {}", image.display());
+    let told = rig.json(&line);
+    assert_eq!(told["product"], product);
+    assert_eq!(told["loaded"], true);
+    assert_eq!(told["different"], 0);
+    assert_eq!(told["backup"], json!(files.backup().display().to_string()));
+    assert!(files.backup().exists());
+    assert_eq!(rig.json(&read), before);
+    let again = rig.json(&line);
+    assert_eq!(again["loaded"], false);
+}
+
+#[test]
+fn canopen_sensor_takes_a_program_and_keeps_its_settings() {
+    updates("jn2101", "--node 10", "heartbeat-time=2s");
+}
+
+#[test]
+fn gemac_sensor_takes_a_program_and_keeps_its_settings() {
+    updates("is2", "--id 300", "cyclic-time=777ms");
+}
+
+#[test]
+fn devicenet_sensor_takes_a_program_and_keeps_its_settings() {
+    updates("tiltix080", "--mac 63", "resolution=raw:100");
+}
+
+#[test]
+fn file_for_another_product_or_of_an_older_version_changes_nothing() {
+    let files = Files::new("jn2101", "refused");
+    let mut rig = rig("jn2101");
+    let other = Files::new("is2", "refused-other").image(1);
+    let line = |file: &PathBuf, options: &str| {
+        format!("--node 10 update {} --no-backup {options}", file.display())
+    };
+    let ended = rig.tool(&line(&other, ""));
+    assert_eq!(ended.code, 2, "{ended:?}");
+    assert!(
+        ended
+            .notes
+            .contains("the file is for is2, but the sensor is jn2101"),
+        "{ended:?}"
+    );
+    let newer = files.image(2);
+    assert_eq!(rig.json(&line(&newer, ""))["loaded"], true);
+    let older = files.image(1);
+    let ended = rig.tool(&line(&older, ""));
+    assert_eq!(ended.code, 1, "{ended:?}");
+    assert!(ended.notes.contains("--downgrade"), "{ended:?}");
+    // The newer program runs again.
+    rig.run(200);
+    assert_eq!(rig.json(&line(&newer, ""))["loaded"], false);
+    assert_eq!(rig.json(&line(&older, "--downgrade"))["loaded"], true);
+    let damaged = files.folder.join("damaged.plu");
+    let mut bytes = fs::read(&newer).unwrap();
+    bytes[5000] ^= 1;
+    fs::write(&damaged, bytes).unwrap();
+    let ended = rig.tool(&line(&damaged, ""));
+    assert_eq!(ended.code, 2, "{ended:?}");
+    assert!(ended.notes.contains("it is damaged"), "{ended:?}");
+}
+
+/// The adapter is unplugged within the download. The next command goes on.
+#[test]
+fn update_that_was_interrupted_is_completed_by_the_next_one() {
+    for (product, options) in [
+        ("jn2101", "--node 10"),
+        ("is2", "--id 300"),
+        ("tiltix080", "--mac 63"),
+    ] {
+        let files = Files::new(product, &format!("interrupted-{product}"));
+        let mut rig = rig(product);
+        let line = format!("{options} update {} --no-backup", files.image(1).display());
+        rig.cut = Some(400);
+        let ended = rig.tool(&line);
+        assert_ne!(ended.code, 0, "{ended:?}");
+        rig.cut = None;
+        rig.run(3000);
+        assert_eq!(rig.json(&line)["loaded"], true, "{product}");
+        assert_eq!(rig.json(&line)["loaded"], false, "{product}");
+    }
+}
+
+#[test]
+fn sensor_without_a_bootloader_is_told_and_nothing_changes() {
+    for (product, options) in [
+        ("jn2101", "--node 10"),
+        ("is2", "--id 300"),
+        ("tiltix080", "--mac 63"),
+    ] {
+        let files = Files::new(product, &format!("none-{product}"));
+        let mut rig = Rig::with(product);
+        let ended = rig.tool(&format!("{options} update {}", files.image(1).display()));
+        assert_eq!(ended.code, 1, "{ended:?}");
+        assert!(
+            ended.notes.contains("the sensor has no bootloader"),
+            "{ended:?}"
+        );
+        assert!(!files.backup().exists());
+    }
+}
