@@ -4,6 +4,7 @@ use super::inspection::{INTERRUPTS, Mode};
 use super::{Bus, transmit};
 use crate::board;
 use crate::clock;
+use cortex_m::peripheral::NVIC;
 use plumbline::node::driver;
 use plumbline::time::{Duration, Instant, after, millis, reached};
 
@@ -36,6 +37,11 @@ pub(super) enum Change {
         limit: Instant,
         /// The error counters must be reset too.
         counters: bool,
+    },
+    /// The controller is restored: initialization mode is requested, it finishes a frame, then it is reset by RCC.
+    Finishing {
+        /// The end of the wait.
+        limit: Instant,
     },
     /// Initialization mode is requested. The controller finishes a frame first.
     Leaving {
@@ -94,13 +100,35 @@ impl Bus {
         self.change = Change::Leaving { limit };
     }
 
+    /// Begins to restore the controller. Its mailboxes are sent again, and received frames wait for the node.
+    pub(super) fn mend(&mut self) {
+        self.leave();
+        let limit = after(clock::now(), LEAVE_LIMIT);
+        self.change = Change::Finishing { limit };
+        self.is_mending = true;
+    }
+
+    /// Resets the controller by RCC: a disturbance can have set silent mode, in which the transmit output can stay dominant until such a
+    /// reset.
+    fn renew(&mut self) {
+        // The frames in the FIFO, also if the controller does not request its interrupt any more.
+        NVIC::pend(board::CAN_RECEIVE_INTERRUPT);
+        critical_section::with(|cs| {
+            transmit::hold(cs);
+            board::connect_transmitter(false);
+            board::reset_can();
+        });
+        self.leave();
+    }
+
     /// Performs a step of a change of mode. Call it at least every millisecond.
     pub fn step(&mut self) -> driver::Change {
         self.proceed();
         match self.change {
             Change::Done => driver::Change::Done,
             Change::Joining { .. } => driver::Change::Joining,
-            Change::Resetting { .. } | Change::Leaving { .. } => driver::Change::Leaving,
+            _ if self.is_mending => driver::Change::Joining,
+            _ => driver::Change::Leaving,
         }
     }
 
@@ -123,6 +151,11 @@ impl Bus {
                         self.leave();
                     }
                 }
+                Change::Finishing { limit } => {
+                    if status.inak().bit_is_set() || reached(clock::now(), limit) {
+                        self.renew();
+                    }
+                }
                 Change::Leaving { limit } => {
                     if status.inak().bit_is_set() {
                         return self.join();
@@ -139,6 +172,8 @@ impl Bus {
                 Change::Joining { .. } => {
                     if status.inak().bit_is_clear() && status.slak().bit_is_clear() {
                         self.change = Change::Done;
+                        self.is_mending = false;
+                        transmit::release();
                     } else {
                         self.wait();
                     }

@@ -3,9 +3,13 @@
 //! The controller sends the mailboxes in the order of the requests (MCR.TXFP), which is the order of the node's queue. At most two
 //! of the three mailboxes are used: the second follows the first without a gap, and a newer cyclic value can replace an older one
 //! in the queue that does not wait in a mailbox yet.
+//!
+//! A reset of the controller empties its mailboxes. If it only restores the controller, the frames are [held](hold) meanwhile.
 
 use crate::board::CanPeripheral;
-use core::sync::atomic::{AtomicBool, Ordering};
+use core::cell::Cell;
+use core::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use critical_section::{CriticalSection, Mutex};
 use embedded_can::Id;
 use plumbline::can::Frame;
 
@@ -75,8 +79,69 @@ pub fn acknowledge() {
     });
 }
 
-/// Aborts the frames in the mailboxes. A frame on the bus is not aborted if its transmission succeeds.
+/// The registers of a mailbox: TIR, TDTR, TDLR, TDHR. TIR is 0 if there is no frame.
+type Words = [u32; 4];
+
+/// The frames that are held, in their order.
+static HELD: Mutex<Cell<[Words; 2]>> = Mutex::new(Cell::new([[0; 4]; 2]));
+
+/// Frames are held, so no frame can be put into a mailbox.
+static IS_HOLDING: AtomicBool = AtomicBool::new(false);
+
+/// The mailbox of the newest frame.
+static NEWEST: AtomicUsize = AtomicUsize::new(0);
+
+/// Takes the frames out of the mailboxes before a reset of the controller, until [`release`].
+pub fn hold(cs: CriticalSection<'_>) {
+    IS_HOLDING.store(true, Ordering::Relaxed);
+    let registers = registers();
+    let empty = empty(&registers);
+    let newest = NEWEST.load(Ordering::Relaxed);
+    let mut held = HELD.borrow(cs).get();
+    let [first, second] = &mut held;
+    for (number, mailbox) in registers.tx_iter().enumerate() {
+        let identifier = mailbox.tir().read().bits();
+        if empty >> number & 1 == 0 && identifier & REQUEST != 0 {
+            let place = if number == newest {
+                &mut *second
+            } else {
+                &mut *first
+            };
+            *place = [
+                identifier,
+                mailbox.tdtr().read().bits(),
+                mailbox.tdlr().read().bits(),
+                mailbox.tdhr().read().bits(),
+            ];
+        }
+    }
+    HELD.borrow(cs).set(held);
+}
+
+/// Puts the frames that were held into mailboxes again.
+pub fn release() {
+    if !IS_HOLDING.load(Ordering::Relaxed) {
+        return;
+    }
+    critical_section::with(|cs| {
+        for words in HELD.borrow(cs).take() {
+            if words != [0; 4] {
+                put_words(words);
+            }
+        }
+        IS_HOLDING.store(false, Ordering::Relaxed);
+    });
+}
+
+/// Whether frames are held.
+fn has_held() -> bool {
+    IS_HOLDING.load(Ordering::Relaxed)
+        && critical_section::with(|cs| HELD.borrow(cs).get() != [[0; 4]; 2])
+}
+
+/// Aborts the frames in the mailboxes, and those that are held. A frame on the bus is not aborted if its transmission succeeds.
 pub fn abort_all() {
+    critical_section::with(|cs| HELD.borrow(cs).take());
     registers().tsr().write(|w| {
         w.abrq0().set_bit();
         w.abrq1().set_bit();
@@ -92,35 +157,38 @@ fn empty(registers: &CanPeripheral) -> u32 {
 /// True if a frame can be put into a mailbox: at least two are empty.
 pub fn has_room() -> bool {
     let empty = empty(&registers());
-    empty & empty.wrapping_sub(1) != 0
+    empty & empty.wrapping_sub(1) != 0 && !IS_HOLDING.load(Ordering::Relaxed)
 }
 
 /// True if all mailboxes are empty.
 pub fn is_idle() -> bool {
-    empty(&registers()) == 0b111
+    empty(&registers()) == 0b111 && !has_held()
 }
 
 /// Puts a frame into an empty mailbox.
 pub fn put(frame: &Frame) {
-    let registers = registers();
-    // The lowest empty mailbox. CODE has its number, but some clones of the STM32F103 always return 0.
-    let number = empty(&registers).trailing_zeros();
-    let Some(mailbox) = registers.tx_iter().nth(number as usize) else {
-        return;
-    };
     let identifier = match frame.id() {
         Id::Standard(id) => u32::from(id.as_raw()) << 21,
         Id::Extended(id) => id.as_raw() << 3 | EXTENDED,
     };
     let remote = if frame.is_remote() { REMOTE } else { 0 };
     let [low, high] = frame.data_words();
+    put_words([identifier | remote | REQUEST, frame.dlc() as u32, low, high]);
+}
+
+fn put_words([identifier, length, low, high]: Words) {
+    let registers = registers();
+    // The lowest empty mailbox. CODE has its number, but some clones of the STM32F103 always return 0.
+    let number = empty(&registers).trailing_zeros() as usize;
+    let Some(mailbox) = registers.tx_iter().nth(number) else {
+        return;
+    };
+    NEWEST.store(number, Ordering::Relaxed);
     // SAFETY: all values of these registers are valid.
     unsafe {
-        mailbox.tdtr().write(|w| w.bits(frame.dlc() as u32));
+        mailbox.tdtr().write(|w| w.bits(length));
         mailbox.tdlr().write(|w| w.bits(low));
         mailbox.tdhr().write(|w| w.bits(high));
-        mailbox
-            .tir()
-            .write(|w| w.bits(identifier | remote | REQUEST));
+        mailbox.tir().write(|w| w.bits(identifier));
     }
 }
