@@ -1,5 +1,6 @@
 //! The command line.
 
+use crate::decode::filter::Term;
 use crate::known::{known, parameters, products, rates, text};
 use crate::master::Addresses;
 use crate::ops::Request;
@@ -91,6 +92,14 @@ impl Axis {
             Self::Y => "y",
         }
     }
+}
+
+/// Which frames are shown.
+#[derive(Clone, Debug, Default, Args)]
+pub struct Shown {
+    /// Only frames with this identifier (181, 18EEFF80), with an identifier under a mask (181:7F0; 181~7F0: all others), or with these words in their meaning (heartbeat, "canopen 10", is2); one of several is sufficient. With --id, --node, --mac or --address only those of this sensor
+    #[arg(long = "filter", value_name = "TERM", value_delimiter = ',')]
+    pub terms: Vec<Term>,
 }
 
 /// A bit rate for a sensor.
@@ -213,6 +222,9 @@ pub enum Command {
         /// Say behind each frame what it is
         #[arg(long)]
         decode: bool,
+        /// Which frames
+        #[command(flatten)]
+        filter: Shown,
         /// End after this time
         #[arg(long, value_name = "S", allow_negative_numbers = true)]
         seconds: Option<f64>,
@@ -221,6 +233,9 @@ pub enum Command {
     Decode {
         /// The log, as `log` and `candump -L` write it; - is standard input
         file: PathBuf,
+        /// Which frames
+        #[command(flatten)]
+        filter: Shown,
     },
     /// Calibrate a sensor of this project: guides through six positions with the log of the board, then computes the calibration
     Calibrate {
@@ -369,10 +384,8 @@ fn unused(command: &str) -> &'static [&'static str] {
         "calibrate" => &[
             "config", "port", "rate", "id", "node", "mac", "address", "eds",
         ],
-        "decode" => &[
-            "yes", "config", "port", "rate", "id", "node", "mac", "address",
-        ],
-        "log" => &["config", "id", "node", "mac", "address"],
+        "decode" => &["yes", "config", "port", "rate"],
+        "log" => &["config"],
         "scan" => &["id", "node", "mac", "address", "product", "eds"],
         "node-id" => &["id", "mac", "address", "eds"],
         "mac" => &["id", "node", "address", "eds"],

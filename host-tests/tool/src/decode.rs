@@ -5,6 +5,7 @@
 //!
 //! A node that has not told its product can be any product of its protocol. A value is decoded if it is the same in all of them.
 
+pub mod filter;
 pub mod log;
 
 use crate::master::{PROTOCOLS, Protocol};
@@ -127,6 +128,13 @@ impl Decoded {
     /// The same with these values.
     pub fn with(self, values: Vec<Named>) -> Self {
         Self { values, ..self }
+    }
+
+    /// Whether a sensor with this address has sent the message, or receives it.
+    pub fn is_of(&self, address: &str) -> bool {
+        let node = self.node.as_deref().unwrap_or_default();
+        let is_node = node.trim_end_matches('h') == address;
+        is_node || self.message.ends_with(&format!(" to {address}"))
     }
 
     /// As an object of JSON.

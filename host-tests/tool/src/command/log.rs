@@ -4,6 +4,7 @@ use super::watch::unwritten;
 use crate::adapter::{Adapter, Mode};
 use crate::cli::Options;
 use crate::connect;
+use crate::decode::filter::{Filter, Term};
 use crate::decode::log::Line;
 use crate::decode::{Bus, Decoded};
 use crate::eds;
@@ -14,7 +15,7 @@ use crate::note::Note;
 use crate::output::{Terminal, closed};
 use crate::sheet::Sheet;
 use can_wire::text::log_line;
-use plumbline::can::BitRate;
+use plumbline::can::{BitRate, Frame};
 use plumbline::time::{Duration, after, millis};
 use serde_json::{Map, Value, json};
 use std::fs::File;
@@ -31,11 +32,44 @@ const INTERFACE: &str = "can0";
 /// The longest line of a log, in bytes.
 const LONGEST: u64 = 4096;
 
-/// The products that can be on the bus: that of the options, or all.
-///
-/// # Errors
-/// There is no such product, or the data sheet cannot be read.
-pub(super) fn decoder(options: &Options) -> Result<Bus, Error> {
+/// What is shown of the frames.
+pub(super) struct View {
+    /// Finds out what a frame is; None: nobody needs it.
+    bus: Option<Bus>,
+    /// The meaning is shown.
+    decodes: bool,
+    filter: Filter,
+}
+
+impl View {
+    /// The products that can be on the bus are that of the options, or all.
+    ///
+    /// # Errors
+    /// There is no such product or address, or the data sheet cannot be read.
+    pub(super) fn new(options: &Options, terms: &[Term], decodes: bool) -> Result<Self, Error> {
+        let sensor = options.sensor.target()?;
+        let filter = Filter {
+            terms: terms.to_vec(),
+            sensor: sensor.map(|target| (target.protocol().name, target.address())),
+        };
+        let needs_bus = decodes || filter.needs_meaning();
+        Ok(Self {
+            bus: needs_bus.then(|| bus(options)).transpose()?,
+            decodes,
+            filter,
+        })
+    }
+
+    /// The meaning of the next frame, if it is shown; None: the frame is not shown.
+    fn take(&mut self, frame: &Frame) -> Option<Option<Decoded>> {
+        let decoded = self.bus.as_mut().and_then(|bus| bus.decode(frame));
+        let takes = self.filter.takes(frame, decoded.as_ref());
+        takes.then(|| decoded.filter(|_| self.decodes))
+    }
+}
+
+/// The products that can be on the bus.
+fn bus(options: &Options) -> Result<Bus, Error> {
     if let Some(path) = &options.eds {
         return Ok(Bus::of(eds::read(path)?));
     }
@@ -94,16 +128,15 @@ fn each(
 ///
 /// # Errors
 /// The file cannot be read, or has no frame.
-pub(super) fn decode(path: &Path, options: &Options, terminal: &mut Terminal) -> Result<(), Error> {
+pub(super) fn decode(path: &Path, mut view: View, terminal: &mut Terminal) -> Result<(), Error> {
     let name = path.display().to_string();
     let unread = |error: &io::Error| -> Error {
         FileError::LogUnread(name.clone(), error.to_string()).into()
     };
-    let mut bus = decoder(options)?;
     let (frames, others) = if path == Path::new("-") {
         let mut input = stdin().lock();
         each(&mut input, &unread, terminal, &mut |terminal, line| {
-            print(&line, &mut bus, terminal)
+            print(&line, &mut view, terminal)
         })?
     } else {
         let open = || -> Result<_, Error> {
@@ -111,11 +144,11 @@ pub(super) fn decode(path: &Path, options: &Options, terminal: &mut Terminal) ->
             Ok(BufReader::new(file))
         };
         each(&mut open()?, &unread, terminal, &mut |_, line| {
-            bus.decode(&line.frame);
+            view.take(&line.frame);
             Ok(())
         })?;
         each(&mut open()?, &unread, terminal, &mut |terminal, line| {
-            print(&line, &mut bus, terminal)
+            print(&line, &mut view, terminal)
         })?
     };
     if frames == 0 {
@@ -127,8 +160,10 @@ pub(super) fn decode(path: &Path, options: &Options, terminal: &mut Terminal) ->
     Ok(())
 }
 
-fn print(line: &Line, bus: &mut Bus, terminal: &mut Terminal) -> Result<(), Error> {
-    let decoded = bus.decode(&line.frame);
+fn print(line: &Line, view: &mut View, terminal: &mut Terminal) -> Result<(), Error> {
+    let Some(decoded) = view.take(&line.frame) else {
+        return Ok(());
+    };
     terminal.document(&document(line, decoded.as_ref()))?;
     terminal.line(shown(&line.to_string(), decoded.as_ref()))
 }
@@ -139,7 +174,7 @@ pub(super) fn log(
     rate: Option<BitRate>,
     path: &Path,
     seconds: Option<Duration>,
-    mut decoder: Option<Bus>,
+    mut view: View,
     terminal: &mut Terminal,
 ) -> Result<(), Error> {
     let mut link = Link::new(adapter, &terminal.stopped);
@@ -173,23 +208,24 @@ pub(super) fn log(
         if let Some((at, frame)) = link.receive(until)? {
             let passed = Duration::from_ticks(at.ticks().saturating_sub(start.ticks()));
             let time = epoch + time::Duration::from_micros(passed.ticks());
-            count += 1;
-            let decoded = decoder.as_mut().map(|decoder| decoder.decode(&frame));
             let line = log_line(time, INTERFACE, &frame);
-            let text = decoded
-                .as_ref()
-                .map(|decoded| shown(&line, decoded.as_ref()));
-            match (&mut file, &decoded) {
-                (Some(file), _) => {
-                    let text = text.unwrap_or(line);
+            let taken = view.take(&frame);
+            count += u64::from(taken.is_some());
+            match (&mut file, taken) {
+                (_, None) => {}
+                (Some(file), Some(decoded)) => {
+                    let text = shown(&line, decoded.as_ref());
                     writeln!(file, "{text}").map_err(|error| unwritten(path, &error))?;
                 }
-                (None, Some(decoded)) if terminal.json => {
+                (None, Some(decoded)) if terminal.json && view.decodes => {
                     let line = Line::parse(&line);
                     let document = line.map(|line| document(&line, decoded.as_ref()));
                     terminal.document(&document.unwrap_or_default())?;
                 }
-                (None, _) => writeln!(terminal.out, "{}", text.unwrap_or(line)).map_err(closed)?,
+                (None, Some(decoded)) => {
+                    let text = shown(&line, decoded.as_ref());
+                    writeln!(terminal.out, "{text}").map_err(closed)?;
+                }
             }
         }
         if end.is_some_and(|end| link.now() >= end) {

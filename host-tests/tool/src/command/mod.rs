@@ -32,6 +32,7 @@ use crate::question::{Name, Question};
 use crate::scan;
 use crate::serve;
 use bus::Bus;
+use log::View;
 use place::Place;
 use std::path::Path;
 
@@ -55,7 +56,10 @@ pub fn run_with(cli: &Cli, terminal: &mut Terminal, connect: Connect) -> Result<
     match &cli.command {
         Command::Ports => return ports::list(terminal),
         Command::Image { elf, output } => return image::make(elf, output, terminal),
-        Command::Decode { file } => return log::decode(file, options, terminal),
+        Command::Decode { file, filter } => {
+            let view = View::new(options, &filter.terms, true)?;
+            return log::decode(file, view, terminal);
+        }
         Command::Completions { shell } => return help::completions(*shell, terminal),
         Command::Man { command, out } => {
             return help::man(command.as_deref(), out.as_deref(), terminal);
@@ -269,21 +273,15 @@ fn on_bus(cli: &Cli, bus: &mut Bus, terminal: &mut Terminal) -> Result<(), Error
         Command::Log {
             file,
             decode,
+            filter,
             seconds,
         } => {
             let seconds = watch::checked(*seconds)?;
-            let decoder = decode.then(|| log::decoder(options)).transpose()?;
+            let view = View::new(options, &filter.terms, *decode)?;
             if file.as_path() != Path::new("-") {
                 replaced(file, terminal)?;
             }
-            log::log(
-                bus.adapter()?,
-                options.rate,
-                file,
-                seconds,
-                decoder,
-                terminal,
-            )
+            log::log(bus.adapter()?, options.rate, file, seconds, view, terminal)
         }
         Command::Update {
             file,

@@ -292,6 +292,70 @@ fn file_without_a_frame_is_refused_and_a_wrong_line_is_left_out() {
 }
 
 #[test]
+fn filters_show_the_frames_of_an_identifier_a_meaning_or_a_sensor() {
+    const FRAMES: [&str; 8] = [
+        "70A#05",
+        "732#05",
+        "18A#E803F401",
+        "301#0002E803F401",
+        "5FF#00620101000000",
+        "18EEFF80#0100E0FF00810080",
+        "18EA80FE#00EE00",
+        "18EAFFFE#00EE00",
+    ];
+    let path = log("filtered", FRAMES.map(can_wire::text::frame));
+    let mut rig = Rig::with("is2");
+    for (options, shown) in [
+        ("", &[0, 1, 2, 3, 4, 5, 6, 7][..]),
+        ("--filter 70A", &[0]),
+        ("--filter 70A,301", &[0, 3]),
+        ("--filter 700:780 --filter 18EEFF80", &[0, 1, 5]),
+        ("--filter 000~400", &[0, 1, 4, 5, 6, 7]),
+        ("--filter heartbeat", &[0, 1]),
+        ("--filter devicenet,is2,fsc", &[3, 4]),
+        ("--node 10", &[0, 2]),
+        ("--node 10 --filter heartbeat", &[0]),
+        ("--mac 63", &[4]),
+        ("--id 300", &[3]),
+        ("--address 128", &[5, 6]),
+    ] {
+        let text = rig.done(&format!("decode {} {options}", path.display()));
+        let lines: Vec<&str> = text.lines().collect();
+        let starts: Vec<String> = shown
+            .iter()
+            .map(|place| format!("({place}.000000) can0 {}", FRAMES[*place]))
+            .collect();
+        let are_same = lines
+            .iter()
+            .zip(&starts)
+            .all(|(line, start)| line.starts_with(start));
+        assert!(are_same && lines.len() == starts.len(), "{options}: {text}");
+    }
+    let wrong = rig.tool(&format!("--node 200 decode {}", path.display()));
+    assert_eq!(wrong.code, 2, "{wrong:?}");
+}
+
+#[test]
+fn filtered_log_has_only_the_frames_of_the_filter() {
+    let mut rig = Rig::with("jn2101");
+    rig.done("--node 10 set heartbeat-interval-time=500ms");
+    let other = rig.bus.borrow_mut().adapter();
+    rig.bus.borrow_mut().open(other, None, false);
+    let path = file("filtered-live.log");
+    let out = rig.done(&format!(
+        "log {} --filter heartbeat --seconds 3",
+        path.display()
+    ));
+    let text = std::fs::read_to_string(&path).unwrap();
+    assert!(
+        text.lines().all(|line| line.ends_with(" can0 70A#7F")),
+        "{text}"
+    );
+    assert_eq!(text.lines().count(), 6, "{text}");
+    assert!(out.starts_with("6 frames"), "{out}");
+}
+
+#[test]
 fn log_decodes_what_it_hears() {
     let mut rig = Rig::with("jn2101");
     let first = rig.first();
