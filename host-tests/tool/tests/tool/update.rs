@@ -181,6 +181,11 @@ fn update_that_was_interrupted_is_completed_by_the_next_one() {
         assert_ne!(ended.code, 0, "{ended:?}");
         rig.cut = None;
         rig.run(3000);
+        if product == "jn2101" {
+            let rows = rig.json("--rate 125 scan --active");
+            let told = ["product", "address", "firmware"].map(|key| &rows[0][key]);
+            assert_eq!(told, ["jn2101", "10", "bootloader"], "{rows}");
+        }
         assert_eq!(rig.json(&line)["loaded"], true, "{product}");
         assert_eq!(rig.json(&line)["loaded"], false, "{product}");
     }

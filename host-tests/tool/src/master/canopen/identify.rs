@@ -1,6 +1,6 @@
 //! Which product answers.
 
-use super::tables;
+use super::{is_stopped, tables};
 use crate::error::Error;
 use crate::identify::{Found, TRIES, text_of};
 use crate::link::Link;
@@ -12,6 +12,9 @@ use plumbline::model::listing::canopen::Tables;
 use plumbline::param::number;
 use plumbline::time::Duration;
 
+/// What a bootloader without a running program has as its firmware.
+const BOOTLOADER: &str = "bootloader";
+
 /// The node by its identity object.
 pub(super) fn ask(link: &mut Link, node: u8, time: Duration) -> Result<Option<Found>, Error> {
     const IDENTITY: u16 = 0x1018;
@@ -20,7 +23,8 @@ pub(super) fn ask(link: &mut Link, node: u8, time: Duration) -> Result<Option<Fo
         time,
         ..Server::of(node)
     };
-    if question.read(link, 0x1000, 0)? == Answer::Silent {
+    let device_type = question.read(link, 0x1000, 0)?;
+    if device_type == Answer::Silent {
         return Ok(None);
     }
     let mut read = |index, sub| {
@@ -43,6 +47,10 @@ pub(super) fn ask(link: &mut Link, node: u8, time: Duration) -> Result<Option<Fo
     }
     let firmware = match read(VERSION, 0)? {
         Answer::Done(text) => text_of(&text),
+        // A bootloader has no profile, and the program is stopped.
+        _ if device_type == Answer::Done(vec![0; 4]) && is_stopped(link, Server::of(node))? => {
+            Some(BOOTLOADER.to_owned())
+        }
         _ => None,
     };
     let constant = |tables: &Tables, sub: u8| {
