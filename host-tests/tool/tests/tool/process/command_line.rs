@@ -146,7 +146,7 @@ fn port_without_a_target_names_the_form() {
 }
 
 /// A command line of every command: the port, the words, and the exit code if it is not 0.
-const ALL: [(&str, &str, i32); 30] = [
+const ALL: [(&str, &str, i32); 31] = [
     ("demo:jn2101", "scan", 0),
     ("demo:is2", "parameters", 0),
     ("demo:is2", "get", 0),
