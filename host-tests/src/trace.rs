@@ -65,6 +65,8 @@ pub struct Trace {
     pub bit_rate: Option<BitRate>,
     /// The maximum time error of a frame.
     pub tolerance: Duration,
+    /// The maximum error of an angular rate, in its digits.
+    pub noise: u16,
     /// The serial number of the sensor.
     pub serial: u32,
     /// Frames, and actions between them.
@@ -79,6 +81,7 @@ impl Default for Trace {
             scene: None,
             bit_rate: None,
             tolerance: millis(1),
+            noise: 0,
             serial: 1,
             steps: Vec::new(),
         }
@@ -114,8 +117,9 @@ pub enum What {
 }
 
 impl Trace {
-    /// Increases the maximum time error of all frames.
-    pub fn loosen(&mut self, by: Duration) {
+    /// Increases the maximum time error of all frames, and the maximum error of the angular rates.
+    pub fn loosen(&mut self, by: Duration, noise: u16) {
+        self.noise += noise;
         self.tolerance += by;
         for step in &mut self.steps {
             if let What::Tolerance(tolerance) = &mut step.what {

@@ -5,8 +5,6 @@
 //! next value decides: if it is near to the line again, the replaced one was an error between part and microcontroller. Otherwise the
 //! difference is added to the next value, so the sum of the values, which is the rotation, stays right.
 //!
-//! Zeros in all axes are not judged as stuck: an ideal part at rest has them, and a gyroscope that is switched off has no values.
-//!
 //! Far is more than `FLOOR` and twice the largest distance from the line within the last 20 ms.
 
 use super::repeats::Repeats;
@@ -82,17 +80,16 @@ impl Rates {
     /// Before the first value.
     pub const INITIAL: Self = Self([Axis::INITIAL; 3]);
 
-    /// Takes the next value, and replaces it by what is to be used. Returns true if an axis does not change while not all are 0.
+    /// Takes the next value, and replaces it by what is to be used. Returns true if an axis does not change.
     #[inline(never)]
     pub fn push(&mut self, value: &mut [i32; 3]) -> bool {
         let mut is_stuck = false;
-        let is_zero = *value == [0; 3];
         for (axis, value) in self.0.iter_mut().zip(value) {
             let used = axis.push(*value);
             is_stuck |= axis.repeats.push(*value);
             *value = used;
         }
-        is_stuck && !is_zero
+        is_stuck
     }
 }
 

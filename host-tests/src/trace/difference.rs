@@ -1,7 +1,7 @@
 //! A readable comparison of the frames of a sensor with those of a trace.
 
 use super::{Trace, What};
-use plumbline::can::Frame;
+use plumbline::can::{Frame, Id};
 use plumbline::time::Instant;
 use std::fmt;
 
@@ -64,7 +64,7 @@ impl Difference {
                 _ => {}
             }
         }
-        let rows = align(&expected, received);
+        let rows = align(&expected, received, trace.noise);
         if rows.iter().all(|row| row.verdict == Verdict::Same) {
             return None;
         }
@@ -85,10 +85,10 @@ fn late(expected: Instant, received: Instant) -> i64 {
     received.ticks() as i64 - expected.ticks() as i64
 }
 
-fn judge(expected: Timed, received: Timed, tolerance: u64) -> (u32, Verdict) {
+fn judge(expected: Timed, received: Timed, tolerance: u64, noise: u16) -> (u32, Verdict) {
     let late = late(expected.0, received.0);
     let in_time = late.unsigned_abs() <= tolerance;
-    match (expected.1 == received.1, in_time) {
+    match (is_same(&expected.1, &received.1, noise), in_time) {
         (true, true) => (0, Verdict::Same),
         (true, false) => (cost::OTHER_TIME, Verdict::Late(late)),
         (false, true) => (cost::OTHER_FRAME, Verdict::Wrong),
@@ -96,8 +96,53 @@ fn judge(expected: Timed, received: Timed, tolerance: u64) -> (u32, Verdict) {
     }
 }
 
+/// Whether two frames are the same, if the angular rates in them, and the angles from them, may differ by `noise`.
+fn is_same(expected: &Frame, received: &Frame, noise: u16) -> bool {
+    if expected == received {
+        return true;
+    }
+    let same_form = expected.id() == received.id() && expected.dlc() == received.dlc();
+    let (values, length) = noisy(expected);
+    let near = |place: usize| {
+        let [one, other] = [expected, received].map(|frame| {
+            let bytes = frame.bytes().iter().skip(place * length).take(length);
+            let signed = bytes
+                .rev()
+                .fold(0, |value, byte| value << 8 | i64::from(*byte));
+            // Negative objects of 32 bits are near to 0.
+            if length == 4 {
+                i64::from(signed as i32)
+            } else {
+                signed
+            }
+        });
+        one.abs_diff(other) <= noise.into()
+    };
+    let rest = |frame: &Frame| {
+        let mut bytes = frame.bytes().to_vec();
+        bytes.drain(values.start * length..values.end * length);
+        bytes
+    };
+    same_form && values.clone().all(near) && rest(expected) == rest(received)
+}
+
+/// The places of the values of a frame of the IMS360 that come from angular rates, and their length in bytes: PGN F029h, F013h and F02Ah, and
+/// the replies with the objects 3021h to 3023h.
+fn noisy(frame: &Frame) -> (std::ops::Range<usize>, usize) {
+    let group = match frame.id() {
+        Id::Extended(id) => id.as_raw() >> 8 & 0xFFFF,
+        Id::Standard(_) => 0,
+    };
+    match (group, frame.bytes()) {
+        (0xF029, _) => (0..2, 3),
+        (0xF013 | 0xF02A, _) => (0..3, 2),
+        (_, [0x43, 0x21..=0x23, 0x30, ..]) => (1..2, 4),
+        _ => (0..0, 1),
+    }
+}
+
 /// Aligns the two sides with the lowest cost (edit distance).
-fn align(expected: &[Expected], received: &[Timed]) -> Vec<Row> {
+fn align(expected: &[Expected], received: &[Timed], noise: u16) -> Vec<Row> {
     let width = received.len() + 1;
     // best[e * width + c]: the lowest cost of the frames after the first e and c frames.
     let mut best = vec![0; (expected.len() + 1) * width];
@@ -109,7 +154,7 @@ fn align(expected: &[Expected], received: &[Timed]) -> Vec<Row> {
                 (c < received.len()).then(|| one_sided(e * width + c + 1)),
                 (e < expected.len() && c < received.len()).then(|| {
                     let (_, timed, tolerance) = expected[e];
-                    let (cost, _) = judge(timed, received[c], tolerance);
+                    let (cost, _) = judge(timed, received[c], tolerance, noise);
                     best[(e + 1) * width + c + 1] + cost
                 }),
             ];
@@ -122,7 +167,7 @@ fn align(expected: &[Expected], received: &[Timed]) -> Vec<Row> {
         let here = best[e * width + c];
         let (left, right) = (expected.get(e).copied(), received.get(c).copied());
         if let (Some((line, left, tolerance)), Some(right)) = (left, right) {
-            let (cost, verdict) = judge(left, right, tolerance);
+            let (cost, verdict) = judge(left, right, tolerance, noise);
             if here == best[(e + 1) * width + c + 1] + cost {
                 rows.push(Row::new(Some(line), Some(left), Some(right), verdict));
                 (e, c) = (e + 1, c + 1);

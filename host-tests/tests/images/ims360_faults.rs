@@ -56,22 +56,25 @@ fn gyroscope_that_stops_is_a_defect_of_both_axes_until_it_works_again() {
 /// The values do not change, but the FIFO has new ones. Reported after 32 values (38 ms) and the time without readings (200 ms).
 #[test]
 fn stuck_angular_rate_is_a_defect_until_it_changes_again() {
-    for (fusion, axis, count) in [(0, 0, 0), (1, 1, 0), (1, 2, -700)] {
+    for (fusion, fault) in [
+        (0, Fault::StuckRate(0, 0)),
+        (1, Fault::StuckRate(2, -700)),
+        (1, Fault::ZeroRates),
+    ] {
         let mut rig = Rig::ims360(tilt("ims360", 10.0, 5.0));
         rig.download(0x3110, 2, [fusion]);
         rig.run(3_000);
         assert_eq!(rig.frames(), []);
         let (io, now) = rig.io();
-        io.imu.set_noise(Noise::Real);
-        io.imu.set_fault(now, Fault::StuckRate(axis, count));
+        io.imu.set_fault(now, fault);
         rig.run(300);
         let expected = DEFECTIVE.map(|code| emergency(code, 0x81));
-        assert_eq!(rig.frames(), expected, "{fusion} {axis} {count}");
+        assert_eq!(rig.frames(), expected, "{fusion} {fault:?}");
         let (io, now) = rig.io();
         io.imu.set_fault(now, Fault::None);
         rig.run(2_000);
         let expected = [emergency(0, 0x81), emergency(0, 0)];
-        assert_eq!(rig.frames(), expected, "{fusion} {axis} {count}");
+        assert_eq!(rig.frames(), expected, "{fusion} {fault:?}");
     }
 }
 

@@ -6,8 +6,10 @@ pub enum Noise {
     /// That of the datasheet.
     Real,
     /// The digits are one higher and one lower in turn, because a real part does not repeat a digit for long. That is half the data rate,
-    /// which no filter behind it lets pass. Nothing is random. A gyroscope that does not turn has zeros: the angular rate has no filter.
+    /// which no filter behind it lets pass. Nothing is random.
     Alternating,
+    /// The same for one pair of digits in 25, for a gyroscope: its values pass no filter, and a pair adds no rotation.
+    Pairs,
     /// None, for tests of the part itself: the driver would take it for a defective one.
     None,
 }
@@ -19,8 +21,8 @@ pub(crate) struct Digits {
     pub(crate) noise: Noise,
     /// Without random noise: the part of each value that its digit does not show.
     rest: [f64; 3],
-    /// What alternating noise adds to the next digits.
-    swing: f64,
+    /// The number of digits so far, modulo 50.
+    number: u8,
 }
 
 impl Digits {
@@ -31,7 +33,7 @@ impl Digits {
             random: seed.wrapping_add(1).wrapping_mul(0x9E37_79B9_7F4A_7C15) | 1,
             noise: Noise::Real,
             rest: [0.0; 3],
-            swing: 1.0,
+            number: 0,
         }
     }
 
@@ -46,20 +48,23 @@ impl Digits {
     /// The real noise is wider than a digit, so the mean of many digits is the value. Otherwise the rest of each value is added to the next
     /// value: the mean is the value too.
     pub(crate) fn rounded(&mut self, values: [f64; 3], deviation: f64, unit: f64) -> [f64; 3] {
+        let swing = match (self.noise, self.number % 2, self.number % 25) {
+            (Noise::Alternating, 0, _) | (Noise::Pairs, _, 0) => 1.0,
+            (Noise::Alternating, _, _) | (Noise::Pairs, _, 1) => -1.0,
+            _ => 0.0,
+        };
+        self.number = (self.number + 1) % 50;
         let mut digits = [0.0; 3];
         for (axis, digit) in digits.iter_mut().enumerate() {
             let added = match self.noise {
                 Noise::Real => self.normal() * deviation / unit,
-                Noise::Alternating | Noise::None => self.rest[axis],
+                Noise::Alternating | Noise::Pairs | Noise::None => self.rest[axis],
             };
             let exact = values[axis] / unit + added;
             *digit = exact.round();
             self.rest[axis] = (exact - *digit).clamp(-0.5, 0.5);
-            if self.noise == Noise::Alternating {
-                *digit += self.swing;
-            }
+            *digit += swing;
         }
-        self.swing = -self.swing;
         digits
     }
 
@@ -142,8 +147,10 @@ mod tests {
     #[test]
     fn alternating_noise_averages_out_and_repeats_no_digit() {
         for acceleration in [0.0, 0.1001, -0.500_09] {
-            let (mean, _) = statistics(with(Noise::Alternating), acceleration);
-            assert!((mean - acceleration).abs() < 1e-8, "{mean}");
+            for noise in [Noise::Alternating, Noise::Pairs] {
+                let (mean, _) = statistics(with(noise), acceleration);
+                assert!((mean - acceleration).abs() < 1e-8, "{mean}");
+            }
             let mut digits = with(Noise::Alternating);
             let mut next = || digits.of([acceleration; 3], DEVIATION, UNIT)[0];
             let mut last = next();

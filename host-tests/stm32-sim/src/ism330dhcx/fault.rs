@@ -18,6 +18,8 @@ pub enum Fault {
     Stuck(usize, i16),
     /// The angular rate about one axis has always this count.
     StuckRate(usize, i16),
+    /// All angular rates are 0.
+    ZeroRates,
     /// Its oscillator has stopped: it answers, but there are no samples.
     Stopped,
     /// Its gyroscope has stopped; the accelerometer and the thermometer work.

@@ -179,7 +179,10 @@ impl Sampling {
 
     pub(super) fn set_noise(&mut self, noise: Noise) {
         self.digits.noise = noise;
-        self.rate_digits.noise = noise;
+        self.rate_digits.noise = match noise {
+            Noise::Alternating => Noise::Pairs,
+            other => other,
+        };
     }
 
     /// Changes the clock of the part from the next sample on.
@@ -295,13 +298,11 @@ impl Sampling {
                 let rates = vector(reading.angular_rate, 65536.0);
                 let deviation = RATE_DENSITY * (self.gyroscope.rate / 2.0).sqrt();
                 let unit = self.rate_unit / 1e6;
-                let is_ideal = self.rate_digits.noise == Noise::Alternating && rates == [0.0; 3];
-                let mut counts = match is_ideal {
-                    true => [0; 3],
-                    false => self.rate_digits.of(rates, deviation, unit),
-                };
-                if let Fault::StuckRate(axis, count) = fault {
-                    counts[axis] = count;
+                let mut counts = self.rate_digits.of(rates, deviation, unit);
+                match fault {
+                    Fault::StuckRate(axis, count) => counts[axis] = count,
+                    Fault::ZeroRates => counts = [0; 3],
+                    _ => {}
                 }
                 self.status.rate |= set(&mut self.outputs[1..4], counts, fault);
                 let number = self.gyroscope.samples;
