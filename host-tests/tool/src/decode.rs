@@ -5,6 +5,7 @@
 //!
 //! A node that has not told its product can be any product of its protocol. A value is decoded if it is the same in all of them.
 
+pub mod database;
 pub mod filter;
 pub mod log;
 
@@ -12,6 +13,7 @@ use crate::master::{PROTOCOLS, Protocol};
 use crate::ops::get::shown_text;
 use crate::ops::report::Shown;
 use crate::sheet::{Address, Entry, Sheet};
+use database::Database;
 use plumbline::can::Frame;
 use plumbline::model::catalog::{PRODUCTS, Product};
 use plumbline::param::{DataType, ValueId, number};
@@ -348,13 +350,20 @@ fn is_same(one: &[Entry], other: &[Entry]) -> bool {
 }
 
 /// The decoders of a bus.
-pub struct Bus(Vec<Box<dyn Decoder>>);
+pub struct Bus {
+    decoders: Vec<Box<dyn Decoder>>,
+    /// The databases of other devices.
+    databases: Vec<Database>,
+}
 
 impl Bus {
     /// A bus with nodes of all protocols.
     pub fn new() -> Self {
         let all = PROTOCOLS.map(|protocol| (protocol.decoder)(Known::all(protocol)));
-        Self(all.into())
+        Self {
+            decoders: all.into(),
+            databases: Vec::new(),
+        }
     }
 
     /// A bus with nodes of this product, or with this data sheet.
@@ -365,21 +374,32 @@ impl Bus {
             sheets: [sheet.clone()].into(),
             is_given: true,
         };
-        Self(
-            own.map(|protocol| (protocol.decoder)(known.clone()))
-                .collect(),
-        )
+        let own = own.map(|protocol| (protocol.decoder)(known.clone()));
+        Self {
+            decoders: own.collect(),
+            databases: Vec::new(),
+        }
+    }
+
+    /// The same bus with other devices, which these databases describe.
+    pub fn with(self, databases: Vec<Database>) -> Self {
+        Self { databases, ..self }
     }
 
     /// The meaning of the next frame; None: it is not known.
     pub fn decode(&mut self, frame: &Frame) -> Option<Decoded> {
         // Each decoder takes each frame, because it can recognise its nodes.
-        let decoders = self.0.iter_mut();
+        let decoders = self.decoders.iter_mut();
         let all: Vec<Decoded> = decoders
             .filter_map(|decoder| decoder.decode(frame))
             .collect();
         let sure = all.iter().position(|decoded| decoded.is_sure);
-        all.into_iter().nth(sure.unwrap_or(0))
+        let mut databases = self.databases.iter();
+        let other = match sure {
+            None => databases.find_map(|database| database.decode(frame)),
+            Some(_) => None,
+        };
+        other.or_else(|| all.into_iter().nth(sure.unwrap_or(0)))
     }
 }
 

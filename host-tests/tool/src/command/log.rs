@@ -2,9 +2,10 @@
 
 use super::watch::unwritten;
 use crate::adapter::{Adapter, Mode};
-use crate::cli::Options;
+use crate::cli::{Options, Shown};
 use crate::connect;
-use crate::decode::filter::{Filter, Term};
+use crate::decode::database::Database;
+use crate::decode::filter::Filter;
 use crate::decode::log::Line;
 use crate::decode::{Bus, Decoded};
 use crate::eds;
@@ -45,16 +46,19 @@ impl View {
     /// The products that can be on the bus are that of the options, or all.
     ///
     /// # Errors
-    /// There is no such product or address, or the data sheet cannot be read.
-    pub(super) fn new(options: &Options, terms: &[Term], decodes: bool) -> Result<Self, Error> {
+    /// There is no such product or address, or a data sheet or database cannot be read.
+    pub(super) fn new(options: &Options, shown: &Shown, decodes: bool) -> Result<Self, Error> {
         let sensor = options.sensor.target()?;
         let filter = Filter {
-            terms: terms.to_vec(),
+            terms: shown.terms.clone(),
             sensor: sensor.map(|target| (target.protocol().name, target.address())),
         };
         let needs_bus = decodes || filter.needs_meaning();
+        let databases = shown.databases.iter().map(|path| Database::read(path));
+        let databases = databases.collect::<Result<Vec<_>, _>>()?;
+        let bus = needs_bus.then(|| bus(options)).transpose()?;
         Ok(Self {
-            bus: needs_bus.then(|| bus(options)).transpose()?,
+            bus: bus.map(|bus| bus.with(databases)),
             decodes,
             filter,
         })

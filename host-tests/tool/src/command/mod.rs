@@ -57,7 +57,7 @@ pub fn run_with(cli: &Cli, terminal: &mut Terminal, connect: Connect) -> Result<
         Command::Ports => return ports::list(terminal),
         Command::Image { elf, output } => return image::make(elf, output, terminal),
         Command::Decode { file, filter } => {
-            let view = View::new(options, &filter.terms, true)?;
+            let view = View::new(options, filter, true)?;
             return log::decode(file, view, terminal);
         }
         Command::Completions { shell } => return help::completions(*shell, terminal),
@@ -277,7 +277,7 @@ fn on_bus(cli: &Cli, bus: &mut Bus, terminal: &mut Terminal) -> Result<(), Error
             seconds,
         } => {
             let seconds = watch::checked(*seconds)?;
-            let view = View::new(options, &filter.terms, *decode)?;
+            let view = View::new(options, filter, *decode)?;
             if file.as_path() != Path::new("-") {
                 replaced(file, terminal)?;
             }

@@ -41,6 +41,10 @@ errors! {
             "{path} ist kein Datenblatt (EDS): {why}; nichts wurde geschrieben";
         PageEds(name: String, why: Fault): Usage "bad-file" = "{name} is not a data sheet (EDS): {why}; choose the EDS file of the maker of the device",
             "{name} ist kein Datenblatt (EDS): {why}; wählen Sie die EDS-Datei des Herstellers des Geräts";
+        DatabaseUnread(path: String, reason: String): Bus "no-file" = "cannot read {path} ({reason}): --dbc takes the CAN database (DBC) of a device",
+            "{path} lässt sich nicht lesen ({reason}): --dbc nimmt die CAN-Datenbank (DBC) eines Geräts";
+        Database(path: String, line: usize): Usage "bad-file" = "{path} is not a CAN database (DBC): line {line} is not valid, or has no message",
+            "{path} ist keine CAN-Datenbank (DBC): Zeile {line} ist nicht gültig oder hat keine Nachricht";
         IdentityUnread(path: String, reason: String): Bus "no-file" = "cannot read {path} ({reason}): --from takes an EDS, a DCF or a sheet of values",
             "{path} lässt sich nicht lesen ({reason}): --from nimmt eine EDS, eine DCF oder ein Blatt mit Werten";
         Identity(path: String, why: Fault): Usage "bad-file" = "{path}: {why}; nothing was written", "{path}: {why}; nichts wurde geschrieben";

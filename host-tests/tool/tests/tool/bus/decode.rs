@@ -292,6 +292,40 @@ fn file_without_a_frame_is_refused_and_a_wrong_line_is_left_out() {
 }
 
 #[test]
+fn database_decodes_what_no_protocol_knows() {
+    let database = file("crane.dbc");
+    let text = "BO_ 290 Boom: 2 Crane\n SG_ Length : 0|16@1+ (0.01,0) [0|1] \"m\" Vector__XXX\n\nBO_ 1802 Own: 1 Crane\n";
+    std::fs::write(
+        &database,
+        format!("VERSION \"\"\n\nNS_ :\n\nBS_:\n\nBU_: Crane\n\n{text}"),
+    )
+    .unwrap();
+    let path = log(
+        "database",
+        ["122#D204", "70A#05", "123#00"].map(can_wire::text::frame),
+    );
+    let mut rig = Rig::with("is2");
+    let decode = format!("decode {} --dbc", path.display());
+    let lines = rig.done(&format!("{decode} {}", database.display()));
+    let lines: Vec<&str> = lines.lines().collect();
+    assert!(
+        lines[0].ends_with("122#D204  dbc: Boom, Length = 12.34 m"),
+        "{lines:?}"
+    );
+    assert!(
+        lines[1].ends_with("canopen 10: heartbeat, operational"),
+        "{lines:?}"
+    );
+    assert!(lines[2].ends_with("123#00"), "{lines:?}");
+    std::fs::write(&database, "no database").unwrap();
+    let wrong = rig.fails(&format!("{decode} {}", database.display()));
+    assert_eq!(wrong, (2, "bad-file".to_owned()));
+    std::fs::remove_file(&database).unwrap();
+    let missing = rig.fails(&format!("{decode} {}", database.display()));
+    assert_eq!(missing, (4, "no-file".to_owned()));
+}
+
+#[test]
 fn filters_show_the_frames_of_an_identifier_a_meaning_or_a_sensor() {
     const FRAMES: [&str; 8] = [
         "70A#05",

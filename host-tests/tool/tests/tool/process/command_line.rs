@@ -336,6 +336,9 @@ fn every_command_line_of_the_document_works() {
         let text = descriptors::describe(product).text;
         std::fs::write(folder.join(file), text).expect("a file");
     }
+    let is1 = plumbline::model::catalog::find("is1").expect("a product");
+    let database = descriptors::describe(is1).text;
+    std::fs::write(folder.join("crane.dbc"), database).expect("a file");
     std::fs::copy(program_for_an_update(), folder.join("is2.elf")).expect("a file");
     for line in documented() {
         // A search of all identifiers takes 41 s; the server of the page runs until it is stopped.
