@@ -100,6 +100,9 @@ pub struct Shown {
     /// Only frames with this identifier (181, 18EEFF80), with an identifier under a mask (181:7F0; 181~7F0: all others), or with these words in their meaning (heartbeat, "canopen 10", is2); one of several is sufficient. With --id, --node, --mac or --address only those of this sensor
     #[arg(long = "filter", value_name = "TERM", value_delimiter = ',')]
     pub terms: Vec<Term>,
+    /// Show a list by identifier: count, mean period, newest data and meaning. On a terminal `log` renews it; otherwise it is printed at the end
+    #[arg(long)]
+    pub by_id: bool,
     /// A CAN database (DBC) of other devices on the bus; it can be given several times
     #[arg(long = "dbc", value_name = "FILE")]
     pub databases: Vec<PathBuf>,

@@ -7,6 +7,7 @@
 
 pub mod database;
 pub mod filter;
+pub mod list;
 pub mod log;
 
 use crate::master::{PROTOCOLS, Protocol};

@@ -6,6 +6,7 @@ use crate::cli::{Options, Shown};
 use crate::connect;
 use crate::decode::database::Database;
 use crate::decode::filter::Filter;
+use crate::decode::list::List;
 use crate::decode::log::Line;
 use crate::decode::{Bus, Decoded};
 use crate::eds;
@@ -20,12 +21,18 @@ use plumbline::can::{BitRate, Frame};
 use plumbline::time::{Duration, after, millis};
 use serde_json::{Map, Value, json};
 use std::fs::File;
-use std::io::{self, BufRead, BufReader, BufWriter, Write, stdin};
+use std::io::{self, BufRead, BufReader, BufWriter, IsTerminal, Write, stdin};
 use std::path::Path;
 use std::time::{self, SystemTime, UNIX_EPOCH};
 
 /// The longest wait without a check for Ctrl-C.
 const SLICE: Duration = millis(50);
+
+/// The time between two renewals of a list on a terminal.
+const RENEWAL: Duration = millis(500);
+
+/// The control sequence that clears a terminal.
+const CLEAR: &str = "\x1B[H\x1B[2J";
 
 /// The name of the interface in a log.
 const INTERFACE: &str = "can0";
@@ -40,6 +47,8 @@ pub(super) struct View {
     /// The meaning is shown.
     decodes: bool,
     filter: Filter,
+    /// The list by identifier, if it is wanted instead of lines.
+    list: Option<List>,
 }
 
 impl View {
@@ -61,6 +70,7 @@ impl View {
             bus: bus.map(|bus| bus.with(databases)),
             decodes,
             filter,
+            list: shown.by_id.then(List::default),
         })
     }
 
@@ -158,16 +168,29 @@ pub(super) fn decode(path: &Path, mut view: View, terminal: &mut Terminal) -> Re
     if frames == 0 {
         return Err(FileError::NoLog(name).into());
     }
+    if let Some(list) = &view.list {
+        print_list(list, terminal)?;
+    }
     if others > 0 {
         terminal.note(&Note::OtherLines(others));
     }
     Ok(())
 }
 
+/// Prints the list by identifier.
+fn print_list(list: &List, terminal: &mut Terminal) -> Result<(), Error> {
+    terminal.document(&list.json())?;
+    terminal.line(list.to_string().trim_end())
+}
+
 fn print(line: &Line, view: &mut View, terminal: &mut Terminal) -> Result<(), Error> {
     let Some(decoded) = view.take(&line.frame) else {
         return Ok(());
     };
+    if let Some(list) = &mut view.list {
+        list.take(line.micros(), &line.frame, decoded);
+        return Ok(());
+    }
     terminal.document(&document(line, decoded.as_ref()))?;
     terminal.line(shown(&line.to_string(), decoded.as_ref()))
 }
@@ -206,6 +229,9 @@ pub(super) fn log(
     };
     let end = seconds.map(|seconds| after(start, seconds));
     let mut count = 0_u64;
+    // A list is renewed only where it is seen.
+    let is_renewed = terminal.bar.is_some() && io::stdout().is_terminal();
+    let mut renewed = start;
     while !(terminal.stopped)() {
         let until = after(link.now(), SLICE);
         let until = end.map_or(until, |end| until.min(end));
@@ -215,8 +241,12 @@ pub(super) fn log(
             let line = log_line(time, INTERFACE, &frame);
             let taken = view.take(&frame);
             count += u64::from(taken.is_some());
+            if let (Some(list), Some(decoded)) = (&mut view.list, &taken) {
+                list.take(passed.ticks(), &frame, decoded.clone());
+            }
             match (&mut file, taken) {
                 (_, None) => {}
+                (None, Some(_)) if view.list.is_some() => {}
                 (Some(file), Some(decoded)) => {
                     let text = shown(&line, decoded.as_ref());
                     writeln!(file, "{text}").map_err(|error| unwritten(path, &error))?;
@@ -232,12 +262,24 @@ pub(super) fn log(
                 }
             }
         }
+        if let Some(list) = view.list.as_ref().filter(|_| is_renewed)
+            && link.now() >= after(renewed, RENEWAL)
+        {
+            renewed = link.now();
+            write!(terminal.out, "{CLEAR}{list}").map_err(closed)?;
+        }
         if end.is_some_and(|end| link.now() >= end) {
             break;
         }
     }
     let lost = link.adapter().overruns();
     link.close();
+    if let Some(list) = &view.list {
+        if is_renewed {
+            write!(terminal.out, "{CLEAR}").map_err(closed)?;
+        }
+        print_list(list, terminal)?;
+    }
     if let Some(mut file) = file {
         file.flush().map_err(|error| unwritten(path, &error))?;
         terminal.line(format!("{count} frames are in {}", path.display()))?;

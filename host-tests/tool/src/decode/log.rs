@@ -37,6 +37,15 @@ impl Line {
     }
 }
 
+impl Line {
+    /// The time in us.
+    pub fn micros(&self) -> u64 {
+        // A cast saturates.
+        let seconds: f64 = self.time.parse().unwrap_or_default();
+        (seconds * 1e6).round() as u64
+    }
+}
+
 impl Display for Line {
     fn fmt(&self, f: &mut Formatter) -> fmt::Result {
         write!(f, "({}) {} {:?}", self.time, self.interface, self.frame)

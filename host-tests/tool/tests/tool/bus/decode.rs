@@ -326,6 +326,54 @@ fn database_decodes_what_no_protocol_knows() {
 }
 
 #[test]
+fn list_by_identifier_has_count_mean_period_newest_data_and_meaning() {
+    let frames = [
+        "70A#7F",
+        "18EEFF80#0100E0FF00810080",
+        "70A#05",
+        "123#R0",
+        "70A#05",
+    ];
+    let path = log("by-id", frames.map(can_wire::text::frame));
+    let mut rig = Rig::with("is2");
+    let text = rig.done(&format!(
+        "decode {} --by-id --filter 70A,123",
+        path.display()
+    ));
+    let lines: Vec<&str> = text.lines().collect();
+    let expected = [
+        "identifier    count  period/ms  data                     meaning",
+        "       123        1          -  RTR",
+        "       70A        3     2000.0  05                       canopen 10: heartbeat, operational",
+    ];
+    assert_eq!(lines, expected);
+    let document = rig.json(&format!("decode {} --by-id", path.display()));
+    assert_eq!(document[1]["frame"], "70A#05");
+    assert_eq!(document[1]["count"], 3);
+    assert_eq!(document[1]["period"], 2000.0);
+    assert_eq!(document[1]["message"], "heartbeat, operational");
+    assert_eq!(document[2]["protocol"], "j1939");
+}
+
+#[test]
+fn log_by_identifier_ends_with_the_list() {
+    let mut rig = Rig::with("jn2101");
+    rig.done("--node 10 set heartbeat-interval-time=500ms");
+    let other = rig.bus.borrow_mut().adapter();
+    rig.bus.borrow_mut().open(other, None, false);
+    let text = rig.done("log - --by-id --decode --seconds 3");
+    let row = text
+        .lines()
+        .find(|line| line.contains(" 70A "))
+        .expect("a row");
+    assert!(
+        row.contains(" 6      500.0  7F ") && row.ends_with("pre-operational"),
+        "{text}"
+    );
+    assert!(!text.contains("can0"), "{text}");
+}
+
+#[test]
 fn filters_show_the_frames_of_an_identifier_a_meaning_or_a_sensor() {
     const FRAMES: [&str; 8] = [
         "70A#05",

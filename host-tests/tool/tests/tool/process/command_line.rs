@@ -370,7 +370,7 @@ fn every_command_line_of_the_document_works() {
             std::fs::write(folder.join("bus.log"), "(0.5) can0 300#01\n").expect("a file");
         }
         // They end by Ctrl-C.
-        if ["watch", "log - --decode"].contains(&line) {
+        if ["watch", "log - --decode", "log - --decode --by-id"].contains(&line) {
             words.extend(["--seconds", "1"]);
         }
         if ["zero", "teach", "load-factory", "rate"]
