@@ -311,6 +311,9 @@ pub enum Command {
         /// Also load an older version
         #[arg(long)]
         downgrade: bool,
+        /// Update all sensors of the product on the bus, one after the other
+        #[arg(long)]
+        all: bool,
         /// Do not write the settings into a file before
         #[arg(long)]
         no_backup: bool,

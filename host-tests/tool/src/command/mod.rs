@@ -287,12 +287,16 @@ fn on_bus(cli: &Cli, bus: &mut Bus, terminal: &mut Terminal) -> Result<(), Error
             file,
             downgrade,
             no_backup,
+            all,
         } => {
             let wish = update::Wish {
                 downgrade: *downgrade,
                 backup: !no_backup,
             };
-            update::update(file, wish, bus, terminal)
+            match all {
+                true => update::update_all(file, wish, bus, terminal),
+                false => update::update(file, wish, bus, terminal),
+            }
         }
         Command::Identity { output, store, .. } => {
             let into = identity::Into {

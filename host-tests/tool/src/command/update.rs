@@ -4,18 +4,22 @@ use super::bus::Bus;
 use super::file;
 use crate::adapter::Mode;
 use crate::backup::Backup;
-use crate::error::{Error, FileError, Kind};
+use crate::connect::{self, Wanted};
+use crate::error::{Error, FileError, Kind, RequestError};
 use crate::identify::Found;
 use crate::image::ImageFile;
 use crate::link::Link;
-use crate::master::{Target, factory_target};
+use crate::master::{Protocol, Target, factory_target};
 use crate::note::Note;
 use crate::ops::restore;
 use crate::ops::update::{self, Before};
 use crate::output::Terminal;
+use crate::question::Name;
+use crate::scan;
 use crate::session::Session;
+use plumbline::can::BitRate;
 use plumbline::model::catalog::{PRODUCTS, Product};
-use serde_json::json;
+use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 
 /// The longest image file that is read.
@@ -44,12 +48,72 @@ pub(super) fn update(
     let result = bus.with_found(terminal, |session, found, terminal| {
         running(session, found, &image, (path, wish), terminal)
     });
-    match result {
+    let done = match result {
         Err(failure) if failure.kind() == Kind::Silent => {
             waiting(&image, wish, bus, terminal, failure)
         }
         result => result,
+    };
+    terminal.document(&done?)
+}
+
+/// The same for all sensors of the product on the bus, one after the other. A failure ends it; the next command goes on.
+///
+/// # Errors
+/// See [`update`]; or there is no sensor of the product.
+pub(super) fn update_all(
+    path: &Path,
+    wish: Wish,
+    bus: &mut Bus,
+    terminal: &mut Terminal,
+) -> Result<(), Error> {
+    let image = read(path)?;
+    let options = scan::Options {
+        rate: bus.options.rate,
+        active: Name::Ask.is_in(&bus.options.yes),
+        ..scan::Options::default()
+    };
+    let labels = bus.labels(terminal);
+    let rows = scan::run(bus.adapter()?, options, labels, terminal)?;
+    let mut done = Vec::new();
+    for row in rows.as_array().into_iter().flatten() {
+        let text = |key: &str| row[key].as_str().unwrap_or_default();
+        if text("product") != image.product() {
+            continue;
+        }
+        let Some(protocol) = Protocol::named(text("protocol")) else {
+            continue;
+        };
+        let wanted = Wanted {
+            rate: row["rate"].as_f64().and_then(rate_of).or(bus.options.rate),
+            target: Some((protocol.target)(text("address"))?),
+            ..bus.wanted(terminal)?
+        };
+        let (mut session, found) = connect::session(bus.adapter()?, &wanted, terminal)?;
+        let result = running(&mut session, &found, &image, (path, wish), terminal);
+        let mut document = ended(&mut session, result)?;
+        document["address"] = row["address"].clone();
+        done.push(document);
     }
+    if done.is_empty() {
+        return Err(RequestError::NoSuchSensor(image.product()).into());
+    }
+    terminal.document(&done.into())
+}
+
+/// The bit rate of a row of a scan, in kbit/s.
+fn rate_of(kbits: f64) -> Option<BitRate> {
+    let is_own = |rate: &BitRate| f64::from(rate.bits_per_second()) == kbits * 1000.0;
+    BitRate::ALL.into_iter().find(is_own)
+}
+
+/// The end of a session.
+fn ended<T>(session: &mut Session, result: Result<T, Error>) -> Result<T, Error> {
+    session.link.end();
+    let released = session.release();
+    session.link.close();
+    let value = result?;
+    released.map(|()| value)
 }
 
 fn read(path: &Path) -> Result<ImageFile, Error> {
@@ -66,14 +130,14 @@ fn running(
     image: &ImageFile,
     (path, wish): (&Path, Wish),
     terminal: &mut Terminal,
-) -> Result<(), Error> {
+) -> Result<Value, Error> {
     let before = update::check(session, image)?;
     if before == Before::Same {
         terminal.line(format!(
             "the sensor has version {} already",
             image.version()
         ))?;
-        return report(image, false, None, terminal);
+        return Ok(report(image, false, None));
     }
     let mut kept = None;
     if before == Before::Waits {
@@ -96,7 +160,7 @@ fn waiting(
     bus: &mut Bus,
     terminal: &mut Terminal,
     failure: Error,
-) -> Result<(), Error> {
+) -> Result<Value, Error> {
     let product = PRODUCTS
         .iter()
         .find(|product| product.image.number() == image.header.product());
@@ -109,12 +173,9 @@ fn waiting(
     };
     let mut session = open(bus, product, target, terminal)?;
     let result = finish(&mut session, image, wish, None, terminal);
-    session.link.end();
-    let released = session.release();
-    session.link.close();
-    match result {
+    match ended(&mut session, result) {
         Err(own) if own.kind() == Kind::Silent => Err(failure),
-        result => result.and(released),
+        result => result,
     }
 }
 
@@ -136,7 +197,7 @@ fn finish(
     wish: Wish,
     kept: Option<(Backup, PathBuf)>,
     terminal: &mut Terminal,
-) -> Result<(), Error> {
+) -> Result<Value, Error> {
     update::load(session, image, wish.downgrade, terminal)?;
     terminal.line(format!("the sensor runs version {}", image.version()))?;
     let kept = match kept {
@@ -150,7 +211,7 @@ fn finish(
         }
         None => None,
     };
-    report(image, true, kept, terminal)
+    Ok(report(image, true, kept))
 }
 
 /// The file of the settings: beside the image file, with product and serial number or address.
@@ -160,19 +221,15 @@ fn backup_path(image: &Path, session: &Session, found: &Found) -> PathBuf {
     image.with_file_name(format!("{}-{unit}.toml", session.sheet.product.name))
 }
 
-fn report(
-    image: &ImageFile,
-    loaded: bool,
-    kept: Option<(String, usize)>,
-    terminal: &mut Terminal,
-) -> Result<(), Error> {
+/// The document of a sensor.
+fn report(image: &ImageFile, loaded: bool, kept: Option<(String, usize)>) -> Value {
     let (backup, different) = kept.unzip();
-    terminal.document(&json!({
+    json!({
         "product": image.product(),
         "version": image.version(),
         "crc": image.header.body(),
         "loaded": loaded,
         "backup": backup,
         "different": different,
-    }))
+    })
 }

@@ -30,6 +30,8 @@ errors! {
             "der Sensor nennt sich {own}, nicht {product}: Wählen Sie kein Produkt, oder bestätigen Sie die Tabellen von {product}";
         ImageProduct(file: String, product: &'static str): Usage "wrong-image" = "the file is for {file}, but the sensor is {product}: nothing has changed",
             "die Datei ist für {file}, aber der Sensor ist {product}: Nichts hat sich geändert";
+        NoSuchSensor(product: String): Usage "wrong-image" = "there is no {product} on the bus: `plumbline scan` shows the sensors",
+            "es gibt kein {product} am Bus: Sensoren suchen zeigt die Sensoren";
         DataSheet(doubts: Doubts): Usage "wrong-product" = "the data sheet {doubts}: give the right file, or --yes",
             "das Datenblatt passt nicht zum Gerät ({doubts}): Wählen Sie die richtige Datei, oder bestätigen Sie";
         BadId(id: String, why: Box<NumberError>): Usage "bad-value" = "--id {id}: {why}", "Identifier {id}: {why}";

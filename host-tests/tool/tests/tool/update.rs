@@ -80,16 +80,21 @@ impl Files {
 fn rig(product: &str) -> Rig {
     let mut rig = Rig::new(BusRate::Fixed(BitRate::K125));
     (rig.rate, rig.says_yes) = (Some("125"), true);
+    attach(&mut rig, product, SERIAL);
+    let other = rig.bus.borrow_mut().adapter();
+    rig.bus.borrow_mut().open(other, None, false);
+    rig.run(2300);
+    rig
+}
+
+/// Adds a sensor with a bootloader and its program.
+fn attach(rig: &mut Rig, product: &str, serial: u32) {
     let bootloader = Image::parse(elf("bootloader")).unwrap();
     let program = Image::parse(elf(product)).unwrap();
     let image = Rc::new(program.behind(&bootloader).expect("they fit"));
     let name = find(product).expect("a product").name;
     let flash = Flash::blank(Board::BluePill.chip().facts().geometry);
-    rig.attach_sensor(Microcontroller::new(name, image, SERIAL, flash, tilted()).quiet());
-    let other = rig.bus.borrow_mut().adapter();
-    rig.bus.borrow_mut().open(other, None, false);
-    rig.run(2300);
-    rig
+    rig.attach_sensor(Microcontroller::new(name, image, serial, flash, tilted()).quiet());
 }
 
 /// The sensor gets a setting and takes a newer program.
@@ -163,6 +168,28 @@ fn file_for_another_product_or_of_an_older_version_changes_nothing() {
     let ended = rig.tool(&line(&damaged, ""));
     assert_eq!(ended.code, 2, "{ended:?}");
     assert!(ended.notes.contains("it is damaged"), "{ended:?}");
+}
+
+#[test]
+fn all_sensors_of_the_product_are_updated_one_after_the_other() {
+    let files = Files::new("jn2101", "all");
+    let mut rig = rig("jn2101");
+    rig.json("--node 10 node-id 11");
+    attach(&mut rig, "jn2101", SERIAL + 1);
+    attach(&mut rig, "is2", SERIAL + 2);
+    rig.run(2300);
+    let line = format!("update {} --all", files.image(1).display());
+    let told = rig.json(&line);
+    let rows = told.as_array().expect("a list");
+    let addresses: Vec<_> = rows
+        .iter()
+        .map(|row| (&row["address"], &row["loaded"]))
+        .collect();
+    let loaded = [(&json!("10"), &json!(true)), (&json!("11"), &json!(true))];
+    assert_eq!(addresses, loaded, "{told}");
+    let other = Files::new("tiltix080", "all-other").image(1);
+    let (code, error) = rig.fails(&format!("update {} --all", other.display()));
+    assert_eq!((code, &*error), (2, "wrong-image"));
 }
 
 /// The adapter is unplugged within the download. The next command goes on.
