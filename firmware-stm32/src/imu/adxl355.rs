@@ -20,7 +20,7 @@
 //!   configuration. If one is different, the part is started again, within 50 ms.
 //! - A value without the marker of X at its place, or of an empty FIFO, is not used. If errors repeat within a second, there are no readings
 //!   until the line was good for 0.5 s.
-//! - A wrong bit of a value is corrected ([`values`](super::values)).
+//! - A wrong bit of a value is corrected ([`values`](super::values)); more than 16 in a second end the readings as repeated errors do.
 //! - An axis that does not change ends the readings as repeated errors do.
 //!
 //! The range is +-8 g in all states: a shock of 6 g does not clip, and the noise is wider than a digit of 15.6 ug in each range.

@@ -26,8 +26,8 @@
 //!   gyroscope, two axes and other ranges. The ASM330LHH has the same registers and values, and is accepted.
 //! - A word of the FIFO with a wrong tag is not a value ([`tags`]). If errors repeat within a second, there are no readings until the line
 //!   was good for 0.5 s.
-//! - A wrong bit of an acceleration is corrected ([`values`](super::values)), a wrong angular rate is left out ([`rates`](super::rates)). A
-//!   temperature is used if it differs from the one before by at most 1 degC.
+//! - A wrong bit of an acceleration is corrected ([`values`](super::values)); more than 16 in a second are an error as above. A wrong angular
+//!   rate is left out ([`rates`](super::rates)). A temperature is used if it differs from the one before by at most 1 degC.
 //! - An axis that does not change ends the readings as repeated errors do.
 //!
 //! If the accelerometer is missing or fails, there are no readings. The driver looks for it every 5 ms. If a part answers that is not the right

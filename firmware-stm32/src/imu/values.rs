@@ -3,14 +3,29 @@
 //! The data of an element have neither parity nor checksum, and a FIFO gives each value only once. A wrong bit on the line moves one axis of
 //! one value by a power of two, and the values before and behind it are right. A value that is far from the one before is held until two
 //! more have come. Then it is compared with the curve through the two values before and the two behind it: a polynomial of third degree,
-//! which meets vibration up to some 100 Hz. It is corrected if exactly one axis is beside the curve and a power of two takes it back there.
+//! which meets vibration up to some 100 Hz. It is corrected if a power of two takes each axis back there that is beside the curve.
 //!
 //! What is beside the curve depends on the last 20 ms: at rest more than `FLOOR`, under vibration more than twice the largest distance. The
 //! tolerance of the power of two is at most `FLOOR`. So a shock or a vibration is seldom corrected, and its mean stays right.
 //!
+//! With more than 16 corrections in a second, the values are not to be used ([`Values::are_wrong`]). A wrong bit in each second value looks like a
+//! vibration at half the data rate. It is told by its constant height, a power of two. Wrong bits in each third to tenth value look like a
+//! vibration, and are neither corrected nor told.
+//!
 //! The loops call functions that are not inlined, because the image of the IMS360 is nearly as large as the flash.
 
 use super::repeats::Repeats;
+
+/// A corrected value counts as this many right ones. With a sum of `LIMIT` the line is bad: with one in each 12 values after 0.3 s, in each 20
+/// after 0.6 s. Ten shocks in a second can look like wrong bits.
+const EACH: i32 = 52;
+const LIMIT: i32 = 16 * EACH;
+
+/// A swing of less than this many times the floor, 0.1 g, is a vibration.
+const SMALL: i32 = 6;
+
+/// The number of values in a row, above and below the others by the same power of two, that are wrong: 0.13 to 0.15 s.
+const SWINGS: u8 = 128;
 
 /// The values of an axis.
 #[derive(Clone, Copy, Debug)]
@@ -20,6 +35,10 @@ struct Axis {
     repeats: Repeats,
     /// What the first value that is held has too much.
     wrong: i32,
+    /// Twice the distance of the last compared value from the middle between its neighbours, and the number of values in a row in which it
+    /// was the same power of two in turn above and below.
+    swing: i32,
+    swings: u8,
 }
 
 impl Axis {
@@ -27,6 +46,8 @@ impl Axis {
         window: [0; 5],
         repeats: Repeats::INITIAL,
         wrong: 0,
+        swing: 0,
+        swings: 0,
     };
 
     /// Puts a value at this place of the window; into the whole window if there was no value before. True if the axis does not change.
@@ -51,14 +72,22 @@ impl Axis {
     /// Compares the first value that is held with the curve, and returns its distance. `wrong` becomes the power of two that takes it back
     /// there; 0 if there is none, or if the value is not beyond both neighbours.
     #[inline(never)]
-    fn judge(&mut self, tolerance: i32) -> i32 {
+    fn judge(&mut self, tolerance: i32, floor: i32) -> i32 {
         let [earliest, earlier, value, later, latest] = self.window;
         let distance = value - (4 * (earlier + later) - earliest - latest) / 6;
-        let length = distance.abs();
-        let power = 1 << (length + tolerance).checked_ilog2().unwrap_or(0);
-        let is_power = (length - power).abs() <= tolerance;
+        let power = nearest_power(distance, tolerance);
+        let swing = 2 * value - earlier - later;
+        let is_steady = swing.abs() > 2 * SMALL * floor
+            && (swing + self.swing).abs() <= floor
+            && nearest_power(swing, floor) != 0;
+        self.swings = if is_steady {
+            self.swings.saturating_add(1)
+        } else {
+            0
+        };
+        self.swing = swing;
         let is_beyond = (value - earlier) ^ distance >= 0 && (value - later) ^ distance >= 0;
-        self.wrong = if is_power && is_beyond {
+        self.wrong = if is_beyond {
             power * distance.signum()
         } else {
             0
@@ -76,7 +105,19 @@ impl Axis {
     }
 }
 
-/// The values of three axes, within +-2^28. `FLOOR` is a step that the noise does not exceed.
+/// The power of two within `tolerance` of the length of this distance; 0 if there is none.
+#[inline(never)]
+fn nearest_power(distance: i32, tolerance: i32) -> i32 {
+    let length = distance.abs();
+    let power = 1 << (length + tolerance).checked_ilog2().unwrap_or(0);
+    if (length - power).abs() <= tolerance {
+        power
+    } else {
+        0
+    }
+}
+
+/// The values of three axes, within +-2^27. `FLOOR` is a step that the noise does not exceed.
 #[derive(Clone, Debug)]
 pub struct Values<const FLOOR: i32> {
     axes: [Axis; 3],
@@ -84,6 +125,8 @@ pub struct Values<const FLOOR: i32> {
     held: usize,
     /// The largest distance from the curve. It decreases by a sixteenth with each value.
     distance: i32,
+    /// [`EACH`] for each corrected value, less 1 for each value since.
+    wrong: i32,
 }
 
 impl<const FLOOR: i32> Values<FLOOR> {
@@ -92,7 +135,16 @@ impl<const FLOOR: i32> Values<FLOOR> {
         axes: [Axis::INITIAL; 3],
         held: 0,
         distance: 0,
+        wrong: 0,
     };
+
+    /// Values were lost: those that are held are not used. The number of errors stays.
+    pub fn restart(&mut self) {
+        *self = Self {
+            wrong: self.wrong,
+            ..Self::INITIAL
+        };
+    }
 
     /// Takes the next value. Returns true if an axis does not change. Then call [`release`](Self::release): a value that is not released at
     /// once can be released after the next push.
@@ -107,6 +159,12 @@ impl<const FLOOR: i32> Values<FLOOR> {
         is_stuck
     }
 
+    /// Whether the values have too many errors. If they are `doubted`, two of them within 50 values are too many.
+    pub fn are_wrong(&self, doubted: bool) -> bool {
+        let limit = if doubted { EACH } else { LIMIT };
+        self.wrong > limit || self.axes.iter().any(|axis| axis.swings >= SWINGS)
+    }
+
     /// The next value, without its wrong bit.
     #[inline(never)]
     pub fn release(&mut self) -> Option<[i32; 3]> {
@@ -114,7 +172,8 @@ impl<const FLOOR: i32> Values<FLOOR> {
             return None;
         }
         let mut corrects = false;
-        if self.axes.iter().any(|axis| axis.is_far(FLOOR)) {
+        let is_far = self.axes.iter().any(|axis| axis.is_far(FLOOR));
+        if is_far {
             if self.held < 3 {
                 return None;
             }
@@ -122,30 +181,38 @@ impl<const FLOOR: i32> Values<FLOOR> {
         }
         self.held -= 1;
         self.distance -= self.distance >> 4;
+        self.wrong -= self.wrong.min(1);
         let mut released = [0; 3];
         for (axis, value) in self.axes.iter_mut().zip(&mut released) {
+            if !is_far {
+                axis.swings = 0;
+            }
             *value = axis.release(corrects);
         }
         Some(released)
     }
 
-    /// True if exactly one axis of the first value that is held is beside the curve: its wrong bit is to be corrected.
+    /// True if the first value that is held has wrong bits to be corrected: a power of two takes each axis back that is beside the curve.
     fn judge(&mut self) -> bool {
         let limit = FLOOR.max(self.distance * 2);
         let tolerance = self.distance.clamp(FLOOR / 2, FLOOR);
-        let mut far = 0;
+        let (mut corrects, mut is_signal) = (false, false);
         for axis in &mut self.axes {
-            let distance = axis.judge(tolerance).abs();
-            self.distance = self.distance.max(distance);
-            if distance > limit {
-                far += 1;
-            } else {
+            let distance = axis.judge(tolerance, FLOOR);
+            self.distance = self.distance.max(distance.abs());
+            if distance.abs() <= limit {
                 axis.wrong = 0;
             }
+            corrects |= axis.wrong != 0;
+            is_signal |= distance.abs() > limit && axis.wrong == 0;
         }
         // Beside a wrong value, the curve is wrong too: the distance may only double with each value.
         self.distance = self.distance.min(limit);
-        far == 1
+        let corrects = corrects && !is_signal;
+        if corrects {
+            self.wrong += EACH;
+        }
+        corrects
     }
 }
 

@@ -38,7 +38,7 @@ const STUCK: (u64, u64) = (130, 210);
 /// After values without an error for 0.5 s. Up to 31 of them are from before the end of a stuck axis.
 const CLEAN: (u64, u64) = (460, 800);
 
-const REPORTED: [Reported; 10] = [
+const REPORTED: [Reported; 12] = [
     Reported {
         name: "line stuck at 0",
         begin: |part, now| part.set_fault(now, Fault::Silent(0)),
@@ -94,6 +94,23 @@ const REPORTED: [Reported; 10] = [
         begin: |part, _| part.set_bit_errors(50),
         end: |part, _| part.set_bit_errors(0),
         begins: (95, 300),
+        ends: CLEAN,
+    },
+    Reported {
+        name: "a wrong bit in each second value",
+        begin: |part, now| part.invert_each(now, 2, 10),
+        end: |part, now| part.invert_each(now, 0, 0),
+        // After 128 values.
+        begins: (240, 330),
+        // Up to 127 of the values without an error are from before the end.
+        ends: (310, 800),
+    },
+    Reported {
+        name: "a wrong bit in each 20th value",
+        begin: |part, now| part.invert_each(now, 20, 13),
+        end: |part, now| part.invert_each(now, 0, 0),
+        // After 0.6 s.
+        begins: (600, 900),
         ends: CLEAN,
     },
     Reported {
@@ -173,7 +190,9 @@ pub fn fault_is_reported_and_ends_within_its_times() {
         begin(&mut io.imu, now);
         let tolerance = match name {
             // A wrong bit in the data, of which at most 0.06 degrees are left.
-            "a bit error in each 50th byte" => 8,
+            "a bit error in each 50th byte" | "a wrong bit in each 20th value" => 8,
+            // Half of 1024 counts.
+            "a wrong bit in each second value" => 900,
             _ => 2,
         };
         let began = wait(&mut rig, ERRORS, begins.1, tolerance, name);

@@ -48,9 +48,7 @@ impl<const TESTS: usize> Adxl355<TESTS> {
     /// started again, and must have values without an error for 0.5 s.
     fn spoil(&mut self) {
         if self.line.repeats() {
-            warn!("the accelerometer has bit errors on its line");
-            self.doubted = true;
-            self.begin_again();
+            self.distrust("bit errors on its line");
             return;
         }
         let all = self.settling_values();
@@ -59,6 +57,13 @@ impl<const TESTS: usize> Adxl355<TESTS> {
         {
             *settling = all;
         }
+    }
+
+    /// The values are wrong, and must be without an error for 0.5 s.
+    fn distrust(&mut self, defect: &str) {
+        warn!("the accelerometer has {=str}", defect);
+        self.doubted = true;
+        self.begin_again();
     }
 
     /// The number of values in the FIFO.
@@ -72,6 +77,7 @@ impl<const TESTS: usize> Adxl355<TESTS> {
         };
         if counts::has_lost(&state) {
             self.lost = true;
+            self.values.restart();
             self.resampler.restart();
             self.counted = None;
         } else if values > 0 {
@@ -129,9 +135,11 @@ impl<const TESTS: usize> Adxl355<TESTS> {
         self.line.good();
         // An axis that clips is told as such.
         if self.values.push(counts) && !counts::is_clipped(counts) {
-            warn!("the accelerometer has an axis that does not change");
-            self.doubted = true;
-            self.begin_again();
+            self.distrust("an axis that does not change");
+            return None;
+        }
+        if self.values.are_wrong(self.doubted) {
+            self.distrust("bit errors in its values");
             return None;
         }
         while let Some(counts) = self.values.release() {

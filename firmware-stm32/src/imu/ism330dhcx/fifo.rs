@@ -6,6 +6,7 @@ use super::registers::READ;
 use super::tags;
 use crate::board::MOUNTING;
 use crate::imu::Wires;
+use crate::imu::rates::Rates;
 use crate::imu::words::Task;
 use ism330dhcx_rs::blocking::prelude::Reg;
 use plumbline::measure::mean_rate::MeanRate;
@@ -52,10 +53,13 @@ impl<const TESTS: usize, const GYROSCOPES: usize> Ism330dhcx<TESTS, GYROSCOPES> 
         words
     }
 
-    /// Values were lost. The rotation in them is not known, and a reading must not have values from before and after the gap.
+    /// Values were lost. The rotation in them is not known, and neither a reading nor the judgement of a value must have values from before
+    /// and after the gap.
     fn gap(&mut self) {
+        self.values.restart();
         if let Some(gyroscope) = self.gyroscope.first_mut() {
             gyroscope.rate = MeanRate::new();
+            gyroscope.rates = Rates::INITIAL;
             gyroscope.silent = 0;
             gyroscope.lost = true;
             self.resampler.restart();
@@ -113,6 +117,10 @@ impl<const TESTS: usize, const GYROSCOPES: usize> Ism330dhcx<TESTS, GYROSCOPES> 
         // An axis that clips is told as such.
         if self.values.push(counts) && !counts::is_clipped(counts) {
             self.fail(now, Trouble::Stuck);
+            return None;
+        }
+        if self.values.are_wrong(self.doubted) {
+            self.fail(now, Trouble::Line);
             return None;
         }
         while let Some(counts) = self.values.release() {

@@ -49,19 +49,29 @@ fn inverted(mut value: [i32; 3], axis: usize, bit: u32) -> [i32; 3] {
 
 /// The values without wrong bits. The last two can be missing.
 fn corrected(values: &[[i32; 3]]) -> Vec<[i32; 3]> {
-    let mut judged = Values::<FLOOR>::INITIAL;
-    let mut outputs = Vec::new();
-    for value in values {
-        assert!(!judged.push(*value), "no axis is stuck");
-        outputs.extend(std::iter::from_fn(|| judged.release()));
-    }
-    outputs
+    judged(values).0
 }
 
-/// The difference of the sums of the values before and after, as an acceleration of the mean in g.
+/// The same, and the number of the value with which the values are known to be wrong.
+fn judged(values: &[[i32; 3]]) -> (Vec<[i32; 3]>, Option<usize>) {
+    let mut judged = Values::<FLOOR>::INITIAL;
+    let (mut outputs, mut told) = (Vec::new(), None);
+    for (number, value) in values.iter().enumerate() {
+        assert!(!judged.push(*value), "no axis is stuck");
+        if judged.are_wrong(false) {
+            told = told.or(Some(number));
+        }
+        outputs.extend(std::iter::from_fn(|| judged.release()));
+    }
+    (outputs, told)
+}
+
+/// The difference of the sums of the values before and after, as an acceleration of the mean in g. The values are not wrong.
 fn bias(values: &[[i32; 3]]) -> [f64; 3] {
     let mut sums = [0; 3];
-    for (output, value) in corrected(values).iter().zip(values) {
+    let (outputs, told) = judged(values);
+    assert_eq!(told, None, "the values are right");
+    for (output, value) in outputs.iter().zip(values) {
         for (sum, (output, value)) in sums.iter_mut().zip(output.iter().zip(value)) {
             *sum += i64::from(output - value);
         }
@@ -210,6 +220,52 @@ fn shocks_keep_their_mean() {
             }
         }
     }
+}
+
+/// Each bit from 0.1 g on.
+#[test]
+fn wrong_bit_in_each_second_value_and_more_than_16_corrections_in_a_second_are_told() {
+    for (period, latest) in [(2, 140), (12, 300), (20, 650)] {
+        for (axis, bit) in (0..3).flat_map(|axis| (9..16).map(move |bit| (axis, bit))) {
+            let mut random = Random(11);
+            let mut received: Vec<_> = (0..1000).map(|_| random.value(TILTED)).collect();
+            for value in received.iter_mut().skip(20).step_by(period) {
+                *value = inverted(*value, axis, bit);
+            }
+            let told = judged(&received).1.unwrap_or(usize::MAX);
+            assert!(told <= 20 + latest, "{period}, {axis}, {bit}: {told}");
+        }
+    }
+}
+
+#[test]
+fn wrong_bit_in_each_axis_of_one_value_is_corrected() {
+    for bits in [[14, 14, 14], [9, 12, 15], [13, 10, 11]] {
+        let mut random = Random(13);
+        let right: Vec<_> = (0..60).map(|_| random.value(TILTED)).collect();
+        let mut received = right.clone();
+        for (axis, bit) in bits.into_iter().enumerate() {
+            received[30] = inverted(received[30], axis, bit);
+        }
+        for (output, value) in corrected(&received).iter().zip(&right) {
+            for (output, value) in output.iter().zip(value) {
+                assert!(output.abs_diff(*value) <= FLOOR as u32, "{bits:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn value_that_is_held_is_not_used_after_a_gap() {
+    let mut judged = Values::<FLOOR>::INITIAL;
+    for value in [[0; 3], [1; 3], [9000; 3]] {
+        judged.push(value);
+        judged.release();
+    }
+    judged.restart();
+    judged.push([5000; 3]);
+    assert_eq!(judged.release(), Some([5000; 3]));
+    assert_eq!(judged.release(), None);
 }
 
 #[test]

@@ -64,6 +64,12 @@ impl Ism330dhcx {
         self.line.spoil(register, mask, times);
     }
 
+    /// Inverts this bit of each `period`-th acceleration along Y in the FIFO: a disturbance on the line; 0: no more.
+    pub fn invert_each(&mut self, now: Picoseconds, period: u64, bit: u32) {
+        self.settle(now);
+        self.sampling.inverts = (period, 1 << bit);
+    }
+
     /// Inverts this bit of the next angular rate in the FIFO, about this axis: a disturbance on the line.
     pub fn invert_rate(&mut self, now: Picoseconds, axis: usize, bit: u32) {
         self.settle(now);

@@ -123,6 +123,8 @@ pub(super) struct Sampling {
     rate_digits: Digits,
     /// The bits of the next angular rate that are inverted on the line.
     pub(super) inverted: [i16; 3],
+    /// In each acceleration of this period, these bits of Y are inverted on the line; 0: in none.
+    pub(super) inverts: (u64, i16),
     low_pass: Option<LowPass>,
     memories: [Memory; 3],
     self_test: f64,
@@ -154,6 +156,7 @@ impl Default for Sampling {
             rate_unit: RATE_UNITS[0],
             rate_digits: Digits::new(1),
             inverted: [0; 3],
+            inverts: (0, 0),
             low_pass: None,
             memories: [Memory::default(); 3],
             self_test: 0.0,
@@ -173,6 +176,7 @@ impl Sampling {
             sibling: self.sibling,
             digits: self.digits,
             rate_digits: self.rate_digits,
+            inverts: self.inverts,
             ..Self::default()
         };
     }
@@ -351,12 +355,17 @@ impl Sampling {
         let newest = |place: usize| self.outputs[place].newest;
         let inverted = match sensor {
             Sensor::Gyroscope => std::mem::take(&mut self.inverted),
+            Sensor::Accelerometer
+                if self.inverts.0 > 0 && number.is_multiple_of(self.inverts.0) =>
+            {
+                [0, self.inverts.1, 0]
+            }
             _ => [0; 3],
         };
         let counts = match sensor {
             Sensor::Thermometer => [newest(0), 0, 0],
             Sensor::Gyroscope => [0, 1, 2].map(|axis| newest(1 + axis) ^ inverted[axis]),
-            Sensor::Accelerometer => [4, 5, 6].map(newest),
+            Sensor::Accelerometer => [0, 1, 2].map(|axis| newest(4 + axis) ^ inverted[axis]),
         };
         self.fifo.push(sensor, number, counts);
     }
