@@ -1,4 +1,4 @@
-// The newest frame of each identifier, and single requests.
+// The newest frame of each identifier with its meaning, and single requests.
 
 import { which } from "./actions.js";
 import { post } from "./api.js";
@@ -6,7 +6,8 @@ import { ask } from "./dialog.js";
 import { attempt, element, isReady, make, on, sensor, state } from "./state.js";
 import { onLanguage, t } from "./texts.js";
 
-/** @typedef {{id: string, data: string, remote: boolean, count: number, period: number | null, own: boolean}} Row */
+/** @typedef {{id: string, data: string, remote: boolean, count: number, period: number | null, own: boolean,
+ *   meaning: string | null}} Row */
 /** @type {Map<string, {line: HTMLElement, cells: HTMLElement[]}>} */
 const lines = new Map();
 /** @type {Row[]} */
@@ -18,20 +19,22 @@ function show() {
   empty.textContent = t(state.status?.state === "listening" ? "frames-listening" : "frames-empty");
   element("frames-scroll").hidden = newest.length === 0;
   const body = element("frame-rows");
-  const ids = new Set(newest.map(({ id }) => id));
+  const wanted = element("frames-filter").value.trim().toLowerCase();
+  const shown = newest.filter(({ id, data, meaning }) => `${id} ${data} ${meaning ?? ""}`.toLowerCase().includes(wanted));
+  const ids = new Set(shown.map(({ id }) => id));
   for (const [id, { line }] of lines) {
     if (!ids.has(id)) {
       line.remove();
       lines.delete(id);
     }
   }
-  newest.forEach((row, place) => {
+  shown.forEach((row, place) => {
     let known = lines.get(row.id);
     if (!known) {
-      const cells = [make("code"), make("code"), make("span"), make("span")];
+      const cells = [make("code"), make("code"), make("span"), make("span"), make("span")];
       const line = document.createElement("tr");
-      line.append(...cells.map((cell) => {
-        const box = make("td", undefined, "number");
+      line.append(...cells.map((cell, number) => {
+        const box = make("td", undefined, number === 4 ? "meaning" : "number");
         box.append(cell);
         return box;
       }));
@@ -41,7 +44,7 @@ function show() {
     if (body.children[place] !== known.line) body.insertBefore(known.line, body.children[place] ?? null);
     const texts = [
       row.own ? `${row.id} (${t("sent")})` : row.id, row.remote ? "RTR" : row.data,
-      row.period === null ? "-" : `${(row.period / 1000).toFixed(1)} ms`, String(row.count),
+      row.period === null ? "-" : `${(row.period / 1000).toFixed(1)} ms`, String(row.count), row.meaning ?? "",
     ];
     known.cells.forEach((cell, number) => { if (cell.textContent !== texts[number]) cell.textContent = texts[number]; });
   });
@@ -67,5 +70,6 @@ export function start() {
     event.preventDefault();
     attempt(send, element("send"));
   });
+  element("frames-filter").addEventListener("input", show);
   onLanguage(show);
 }

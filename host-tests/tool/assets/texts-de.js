@@ -155,6 +155,8 @@ export const de = {
   "replace": "Ersetzen",
   "frames": "Frames",
   "frames-table": "Tabelle der Frames",
+  "frames-filter": "Nur zeigen",
+  "meaning": "Bedeutung",
   "frames-empty": "Noch keine Frames: Verbinden Sie sich. Mit nur hören wird aller Verkehr gezeigt und nichts gesendet.",
   "identifier": "Identifier",
   "data": "Daten",

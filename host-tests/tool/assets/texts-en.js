@@ -155,6 +155,8 @@ export const en = {
   "replace": "Replace",
   "frames": "Frames",
   "frames-table": "Table of frames",
+  "frames-filter": "Show only",
+  "meaning": "Meaning",
   "frames-empty": "No frames yet: connect. In listen only mode all traffic is shown, and nothing is sent.",
   "identifier": "Identifier",
   "data": "Data",

@@ -3,6 +3,7 @@
 
 use crate::cyclic::Message;
 use crate::cyclic::Source;
+use crate::decode::{Bus, Decoded};
 use plumbline::can::Frame;
 use plumbline::time::Instant;
 use serde_json::{Value, json};
@@ -17,6 +18,8 @@ const MESSAGES: usize = 10_000;
 /// The newest frame of an identifier.
 struct Newest {
     frame: Frame,
+    /// What it is, if that is known.
+    decoded: Option<Decoded>,
     at: Instant,
     /// The time since the frame before it, in us.
     period: Option<u64>,
@@ -31,6 +34,8 @@ struct Newest {
 #[derive(Default)]
 pub struct Tap {
     newest: HashMap<u32, Newest>,
+    /// Finds out what the frames are.
+    bus: Bus,
     /// By the number of its sensor: what it sends by itself, and what has come.
     sources: HashMap<u64, (Source, VecDeque<Message>)>,
     /// The frames that were received.
@@ -77,10 +82,12 @@ impl Tap {
 
     fn note(&mut self, at: Instant, frame: &Frame, own: bool) {
         let id = frame.can_id().bits();
+        let decoded = self.bus.decode(frame);
         if let Some(newest) = self.newest.get_mut(&id) {
             newest.period = Some(at.ticks().saturating_sub(newest.at.ticks()));
             newest.count += 1;
-            (newest.frame, newest.at, newest.own, newest.is_new) = (*frame, at, own, true);
+            (newest.frame, newest.decoded) = (*frame, decoded);
+            (newest.at, newest.own, newest.is_new) = (at, own, true);
             return;
         }
         if self.newest.len() >= IDENTIFIERS {
@@ -91,6 +98,7 @@ impl Tap {
         }
         let newest = Newest {
             frame: *frame,
+            decoded,
             at,
             period: None,
             count: 1,
@@ -121,6 +129,7 @@ impl Tap {
                 "count": newest.count,
                 "period": newest.period.map(|period| period / 100 * 100),
                 "own": newest.own,
+                "meaning": newest.decoded.as_ref().map(Decoded::to_string),
             })
         });
         Some(rows.collect())
@@ -146,8 +155,8 @@ mod tests {
         assert_eq!(
             rows,
             json!([
-                {"id": "080h", "data": "02", "remote": false, "count": 1, "period": null, "own": true},
-                {"id": "181h", "data": "03", "remote": false, "count": 2, "period": 10_000, "own": false},
+                {"id": "080h", "data": "02", "remote": false, "count": 1, "period": null, "own": true, "meaning": "canopen: SYNC, counter = 2"},
+                {"id": "181h", "data": "03", "remote": false, "count": 2, "period": 10_000, "own": false, "meaning": null},
             ])
         );
         assert_eq!((tap.received, tap.sent), (2, 1));

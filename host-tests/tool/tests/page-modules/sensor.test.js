@@ -206,14 +206,21 @@ test("frames_are_listed_and_a_silent_bus_says_what_to_check", async () => {
   assert.match(page.text("frames-empty"), /connect/);
   await page.event("status", { ...STATUS, state: "listening" });
   assert.match(page.text("frames-empty"), /^Listening, nothing heard\. Check the bit rate/);
-  const frame = { id: "301h", data: "04 00", remote: false, count: 3, period: 20_000, own: false };
-  await page.event("frames", [{ ...frame, id: "300h", own: true, period: null }, frame, { ...frame, id: "722h", remote: true }]);
+  const frame = { id: "301h", data: "04 00", remote: false, count: 3, period: 20_000, own: false, meaning: "canopen 10: SDO" };
+  await page.event("frames", [{ ...frame, id: "300h", own: true, period: null, meaning: null }, frame, { ...frame, id: "722h", remote: true }]);
   assert.ok(page.element("frames-empty").hidden);
   const rows = () => page.element("frame-rows").children.map((line) => line.children.map((cell) => cell.textContent));
-  assert.deepEqual(rows(), [["300h (sent)", "04 00", "-", "3"], ["301h", "04 00", "20.0 ms", "3"], ["722h", "RTR", "20.0 ms", "3"]]);
+  assert.deepEqual(rows(), [
+    ["300h (sent)", "04 00", "-", "3", ""], ["301h", "04 00", "20.0 ms", "3", "canopen 10: SDO"], ["722h", "RTR", "20.0 ms", "3", "canopen 10: SDO"],
+  ]);
+  for (const [text, ids] of [["722", ["722h"]], ["sdo", ["301h", "722h"]], ["nothing", []]]) {
+    await page.dispatch("frames-filter", "input", text);
+    assert.deepEqual(rows().map(([id]) => id), ids, text);
+  }
+  await page.dispatch("frames-filter", "input", "");
   const [, kept] = page.element("frame-rows").children;
   await page.event("frames", [{ ...frame, count: 4 }]);
-  assert.deepEqual(rows(), [["301h", "04 00", "20.0 ms", "4"]]);
+  assert.deepEqual(rows(), [["301h", "04 00", "20.0 ms", "4", "canopen 10: SDO"]]);
   assert.equal(page.element("frame-rows").children[0], kept);
   await page.event("frames", []);
   assert.equal(page.element("frames-empty").hidden, false);
