@@ -8,6 +8,7 @@ mod commands;
 mod cyclic;
 mod data_sheets;
 mod decode;
+mod decode_view;
 mod documents;
 mod eds_files;
 mod every_rate;
