@@ -31,7 +31,8 @@
 //! - An axis that does not change ends the readings as repeated errors do.
 //!
 //! If the accelerometer is missing or fails, there are no readings. The driver looks for it every 5 ms. If a part answers that is not the right
-//! one, it is configured again every 100 ms. Nothing is written while the line reads FFh: the part is missing, or in its boot of 10 ms.
+//! one, it is configured again every 100 ms. Nothing is written while the line reads FFh, or 0 for less than 15 ms: the part can be in its
+//! boot of 10 ms.
 //!
 //! [`MeanRate`]: plumbline::measure::mean_rate::MeanRate
 //! [`Resampler`]: plumbline::measure::resampler::Resampler

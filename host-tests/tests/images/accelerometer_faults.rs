@@ -273,6 +273,22 @@ fn disturbed_register_of_the_accelerometer_is_restored_without_a_wrong_angle() {
     std::mem::forget(rig);
 }
 
+/// Without a pull-up the line can be low in the boot of the part, in which a write is a complaint of the simulator.
+#[test]
+fn nothing_is_written_in_a_boot_in_which_the_line_is_low() {
+    for phase in [0, 1_700, 3_300] {
+        let mut rig = quick();
+        rig.run_us(phase);
+        let (io, now) = rig.io();
+        io.imu.power_on(now);
+        io.imu.set_fault(now, Fault::Silent(0));
+        rig.run(11);
+        let (io, now) = rig.io();
+        io.imu.set_fault(now, Fault::None);
+        stays_right(&mut rig, 400, "line low in the boot");
+    }
+}
+
 /// The same registers, values and behaviour, for vehicles.
 #[test]
 fn asm330lhh_is_accepted() {

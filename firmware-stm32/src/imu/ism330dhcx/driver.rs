@@ -129,6 +129,8 @@ pub struct Ism330dhcx<const TESTS: usize, const GYROSCOPES: usize> {
     /// The last temperature, also if it was not used.
     pub(super) warmth: i16,
     pub(super) testing: Testing<TESTS>,
+    /// The number of attempts in a row in which the identifier was 0.
+    pub(super) zeros: u8,
     /// The failure that is logged.
     reported: Option<Trouble>,
     /// There were repeated errors on the line, or a stuck axis, since the last reading.
@@ -161,6 +163,7 @@ impl<const TESTS: usize, const GYROSCOPES: usize> Element for Ism330dhcx<TESTS, 
             temperature: None,
             warmth: 0,
             testing: Testing::NONE,
+            zeros: 0,
             reported: None,
             doubted: false,
         }

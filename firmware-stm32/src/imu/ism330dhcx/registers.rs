@@ -21,8 +21,12 @@ impl<const TESTS: usize, const GYROSCOPES: usize> Ism330dhcx<TESTS, GYROSCOPES> 
     /// which are off.
     pub(super) fn configure(&mut self) -> Result<(), Trouble> {
         let identifier = self.read(Reg::WhoAmI)?;
-        if identifier == NOTHING {
-            // Nothing is written, because the accelerometer can be in its boot.
+        // Nothing is written while the accelerometer can be in its boot, in which the line is open: FFh, or 0 without a pull-up.
+        self.zeros = match identifier {
+            0 => self.zeros.saturating_add(1),
+            _ => 0,
+        };
+        if identifier == NOTHING || (1..BOOT_ATTEMPTS).contains(&self.zeros) {
             return Err(Trouble::Silent);
         }
         if identifier != ISM330DHCX_ID {
@@ -219,6 +223,9 @@ const COMPARED: usize = OTHERS.len() + 2;
 /// The address of CTRL1_XL, the first control register, and the place of CTRL2_G.
 const CONTROLS: u8 = Reg::Ctrl1Xl as u8;
 const GYROSCOPE: usize = 1;
+
+/// The number of attempts, every 5 ms, in which the accelerometer can be in its boot of 10 ms.
+const BOOT_ATTEMPTS: u8 = 4;
 
 /// What is read if nothing answers: the line has a pull-up.
 const NOTHING: u8 = 0xFF;
