@@ -113,8 +113,7 @@ impl Bus {
     fn renew(&mut self) {
         // The frames in the FIFO, also if the controller does not request its interrupt any more.
         NVIC::pend(board::CAN_RECEIVE_INTERRUPT);
-        critical_section::with(|cs| {
-            transmit::hold(cs);
+        transmit::keep(|| {
             board::connect_transmitter(false);
             board::reset_can();
         });
@@ -173,7 +172,6 @@ impl Bus {
                     if status.inak().bit_is_clear() && status.slak().bit_is_clear() {
                         self.change = Change::Done;
                         self.is_mending = false;
-                        transmit::release();
                     } else {
                         self.wait();
                     }

@@ -3,13 +3,9 @@
 //! The controller sends the mailboxes in the order of the requests (MCR.TXFP), which is the order of the node's queue. At most two
 //! of the three mailboxes are used: the second follows the first without a gap, and a newer cyclic value can replace an older one
 //! in the queue that does not wait in a mailbox yet.
-//!
-//! A reset of the controller empties its mailboxes. If it only restores the controller, the frames are [held](hold) meanwhile.
 
 use crate::board::CanPeripheral;
-use core::cell::Cell;
-use core::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
-use critical_section::{CriticalSection, Mutex};
+use core::sync::atomic::{AtomicBool, Ordering};
 use embedded_can::Id;
 use plumbline::can::Frame;
 
@@ -82,66 +78,56 @@ pub fn acknowledge() {
 /// The registers of a mailbox: TIR, TDTR, TDLR, TDHR. TIR is 0 if there is no frame.
 type Words = [u32; 4];
 
-/// The frames that are held, in their order.
-static HELD: Mutex<Cell<[Words; 2]>> = Mutex::new(Cell::new([[0; 4]; 2]));
+/// Resets the controller by `reset`, which empties the mailboxes. Their frames are put into mailboxes again, in their order. Software can use
+/// the mailboxes in sleep mode too (RM0008, 24.4.3).
+pub(super) fn keep(reset: impl FnOnce()) {
+    critical_section::with(|_| {
+        let registers = registers();
+        let frames = pending(&registers);
+        reset();
+        let waiting = frames.into_iter().filter(|words| *words != [0; 4]);
+        for (mailbox, [identifier, length, low, high]) in registers.tx_iter().zip(waiting) {
+            // SAFETY: the values of a mailbox.
+            unsafe {
+                mailbox.tdtr().write(|w| w.bits(length));
+                mailbox.tdlr().write(|w| w.bits(low));
+                mailbox.tdhr().write(|w| w.bits(high));
+                mailbox.tir().write(|w| w.bits(identifier));
+            }
+        }
+    });
+}
 
-/// Frames are held, so no frame can be put into a mailbox.
-static IS_HOLDING: AtomicBool = AtomicBool::new(false);
-
-/// The mailbox of the newest frame.
-static NEWEST: AtomicUsize = AtomicUsize::new(0);
-
-/// Takes the frames out of the mailboxes before a reset of the controller, until [`release`].
-pub fn hold(cs: CriticalSection<'_>) {
-    IS_HOLDING.store(true, Ordering::Relaxed);
-    let registers = registers();
-    let empty = empty(&registers);
-    let newest = NEWEST.load(Ordering::Relaxed);
-    let mut held = HELD.borrow(cs).get();
-    let [first, second] = &mut held;
+/// The frames in the mailboxes, in their order by TSR.LOW. On a chip without this field, two frames can change their order.
+fn pending(registers: &CanPeripheral) -> [Words; 2] {
+    let status = registers.tsr().read().bits();
+    let (empty, last) = (status >> 26, status >> 29);
+    let mut frames = [[0; 4]; 2];
+    let mut places = frames.iter_mut();
+    let mut is_reversed = false;
     for (number, mailbox) in registers.tx_iter().enumerate() {
         let identifier = mailbox.tir().read().bits();
-        if empty >> number & 1 == 0 && identifier & REQUEST != 0 {
-            let place = if number == newest {
-                &mut *second
-            } else {
-                &mut *first
-            };
+        if empty >> number & 1 == 0
+            && identifier & REQUEST != 0
+            && let Some(place) = places.next()
+        {
             *place = [
                 identifier,
                 mailbox.tdtr().read().bits(),
                 mailbox.tdlr().read().bits(),
                 mailbox.tdhr().read().bits(),
             ];
+            is_reversed |= last >> number & 1 != 0 && places.len() == 1;
         }
     }
-    HELD.borrow(cs).set(held);
-}
-
-/// Puts the frames that were held into mailboxes again.
-pub fn release() {
-    if !IS_HOLDING.load(Ordering::Relaxed) {
-        return;
+    if is_reversed {
+        frames.reverse();
     }
-    critical_section::with(|cs| {
-        for words in HELD.borrow(cs).take() {
-            if words != [0; 4] {
-                put_words(words);
-            }
-        }
-        IS_HOLDING.store(false, Ordering::Relaxed);
-    });
+    frames
 }
 
-/// Whether frames are held.
-fn has_held() -> bool {
-    IS_HOLDING.load(Ordering::Relaxed)
-        && critical_section::with(|cs| HELD.borrow(cs).get() != [[0; 4]; 2])
-}
-
-/// Aborts the frames in the mailboxes, and those that are held. A frame on the bus is not aborted if its transmission succeeds.
+/// Aborts the frames in the mailboxes. A frame on the bus is not aborted if its transmission succeeds.
 pub fn abort_all() {
-    critical_section::with(|cs| HELD.borrow(cs).take());
     registers().tsr().write(|w| {
         w.abrq0().set_bit();
         w.abrq1().set_bit();
@@ -157,38 +143,35 @@ fn empty(registers: &CanPeripheral) -> u32 {
 /// True if a frame can be put into a mailbox: at least two are empty.
 pub fn has_room() -> bool {
     let empty = empty(&registers());
-    empty & empty.wrapping_sub(1) != 0 && !IS_HOLDING.load(Ordering::Relaxed)
+    empty & empty.wrapping_sub(1) != 0
 }
 
 /// True if all mailboxes are empty.
 pub fn is_idle() -> bool {
-    empty(&registers()) == 0b111 && !has_held()
+    empty(&registers()) == 0b111
 }
 
 /// Puts a frame into an empty mailbox.
 pub fn put(frame: &Frame) {
+    let registers = registers();
+    // The lowest empty mailbox. CODE has its number, but some clones of the STM32F103 always return 0.
+    let number = empty(&registers).trailing_zeros();
+    let Some(mailbox) = registers.tx_iter().nth(number as usize) else {
+        return;
+    };
     let identifier = match frame.id() {
         Id::Standard(id) => u32::from(id.as_raw()) << 21,
         Id::Extended(id) => id.as_raw() << 3 | EXTENDED,
     };
     let remote = if frame.is_remote() { REMOTE } else { 0 };
     let [low, high] = frame.data_words();
-    put_words([identifier | remote | REQUEST, frame.dlc() as u32, low, high]);
-}
-
-fn put_words([identifier, length, low, high]: Words) {
-    let registers = registers();
-    // The lowest empty mailbox. CODE has its number, but some clones of the STM32F103 always return 0.
-    let number = empty(&registers).trailing_zeros() as usize;
-    let Some(mailbox) = registers.tx_iter().nth(number) else {
-        return;
-    };
-    NEWEST.store(number, Ordering::Relaxed);
     // SAFETY: all values of these registers are valid.
     unsafe {
-        mailbox.tdtr().write(|w| w.bits(length));
+        mailbox.tdtr().write(|w| w.bits(frame.dlc() as u32));
         mailbox.tdlr().write(|w| w.bits(low));
         mailbox.tdhr().write(|w| w.bits(high));
-        mailbox.tir().write(|w| w.bits(identifier));
+        mailbox
+            .tir()
+            .write(|w| w.bits(identifier | remote | REQUEST));
     }
 }
