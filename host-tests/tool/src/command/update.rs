@@ -22,6 +22,9 @@ use plumbline::model::catalog::{PRODUCTS, Product};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 
+/// The node-ID of a bootloader without a boot record.
+const BLANK: u8 = 127;
+
 /// The longest image file that is read.
 const LONGEST: u64 = 1 << 20;
 
@@ -45,11 +48,15 @@ pub(super) fn update(
     terminal: &mut Terminal,
 ) -> Result<(), Error> {
     let image = read(path)?;
+    if let Some(document) = blank(&image, wish, bus, terminal)? {
+        return terminal.document(&document);
+    }
     let result = bus.with_found(terminal, |session, found, terminal| {
         running(session, found, &image, (path, wish), terminal)
     });
     let done = match result {
-        Err(failure) if failure.kind() == Kind::Silent => {
+        // Nobody has answered as a sensor.
+        Err(failure) if failure.kind() == Kind::Silent && !bus.is_found => {
             waiting(&image, wish, bus, terminal, failure)
         }
         result => result,
@@ -57,7 +64,7 @@ pub(super) fn update(
     terminal.document(&done?)
 }
 
-/// The same for all sensors of the product on the bus, one after the other. A failure ends it; the next command goes on.
+/// The same for all sensors of the product on the bus, one after the other. One that fails does not end it.
 ///
 /// # Errors
 /// See [`update`]; or there is no sensor of the product.
@@ -75,7 +82,7 @@ pub(super) fn update_all(
     };
     let labels = bus.labels(terminal);
     let rows = scan::run(bus.adapter()?, options, labels, terminal)?;
-    let mut done = Vec::new();
+    let (mut done, mut failures) = (Vec::new(), Vec::new());
     for row in rows.as_array().into_iter().flatten() {
         let text = |key: &str| row[key].as_str().unwrap_or_default();
         if text("product") != image.product() {
@@ -89,16 +96,41 @@ pub(super) fn update_all(
             target: Some((protocol.target)(text("address"))?),
             ..bus.wanted(terminal)?
         };
-        let (mut session, found) = connect::session(bus.adapter()?, &wanted, terminal)?;
-        let result = running(&mut session, &found, &image, (path, wish), terminal);
-        let mut document = ended(&mut session, result)?;
+        let result = one(&wanted, &image, (path, wish), bus, terminal);
+        let mut document = result.unwrap_or_else(|failure| {
+            terminal.note(&failure);
+            let document = json!({"loaded": false, "error": failure.code()});
+            failures.push(failure);
+            document
+        });
         document["address"] = row["address"].clone();
         done.push(document);
     }
     if done.is_empty() {
         return Err(RequestError::NoSuchSensor(image.product()).into());
     }
-    terminal.document(&done.into())
+    terminal.document(&done.into())?;
+    match failures.into_iter().next() {
+        Some(first) => Err(first.after_document()),
+        None => Ok(()),
+    }
+}
+
+/// Updates the sensor at an address.
+fn one(
+    wanted: &Wanted,
+    image: &ImageFile,
+    (path, wish): (&Path, Wish),
+    bus: &mut Bus,
+    terminal: &mut Terminal,
+) -> Result<Value, Error> {
+    let (mut session, found) = connect::session(bus.adapter()?, wanted, terminal)?;
+    let result = running(&mut session, &found, image, (path, wish), terminal);
+    let result = ended(&mut session, result);
+    for note in session.notes.drain(..) {
+        terminal.note(&note);
+    }
+    result
 }
 
 /// The bit rate of a row of a scan, in kbit/s.
@@ -150,7 +182,33 @@ fn running(
         }
         update::enter(session)?;
     }
-    finish(session, image, wish, kept, terminal)
+    let target = session.target;
+    finish(session, (target, image), wish, kept, terminal)
+}
+
+/// Loads the first program of a board with a bootloader, which is node 127. None: the options do not name this address.
+fn blank(
+    image: &ImageFile,
+    wish: Wish,
+    bus: &mut Bus,
+    terminal: &mut Terminal,
+) -> Result<Option<Value>, Error> {
+    let via = bus.options.sensor.target()?;
+    let (Some(via), Some(product)) = (via, product(image)) else {
+        return Ok(None);
+    };
+    let (true, Some(target)) = (via.node_id() == Some(BLANK), factory_target(product)) else {
+        return Ok(None);
+    };
+    let mut session = open(bus, product, target, terminal)?;
+    let result = finish(&mut session, (via, image), wish, None, terminal);
+    ended(&mut session, result).map(Some)
+}
+
+/// The product of an image file.
+fn product(image: &ImageFile) -> Option<&'static Product> {
+    let number = image.header.product();
+    PRODUCTS.iter().find(|own| own.image.number() == number)
 }
 
 /// Goes on with a sensor that waits in its bootloader: that of the address in the options, or that of the product as delivered.
@@ -161,18 +219,15 @@ fn waiting(
     terminal: &mut Terminal,
     failure: Error,
 ) -> Result<Value, Error> {
-    let product = PRODUCTS
-        .iter()
-        .find(|product| product.image.number() == image.header.product());
     let target = bus.options.sensor.target()?;
-    let Some((product, target)) = product.and_then(|product| {
+    let Some((product, target)) = product(image).and_then(|product| {
         let target = target.or_else(|| factory_target(product));
         Some((product, target?))
     }) else {
         return Err(failure);
     };
     let mut session = open(bus, product, target, terminal)?;
-    let result = finish(&mut session, image, wish, None, terminal);
+    let result = finish(&mut session, (target, image), wish, None, terminal);
     match ended(&mut session, result) {
         Err(own) if own.kind() == Kind::Silent => Err(failure),
         result => result,
@@ -193,12 +248,12 @@ fn open(
 /// Loads the file and compares the settings with those before.
 fn finish(
     session: &mut Session,
-    image: &ImageFile,
+    (via, image): (Target, &ImageFile),
     wish: Wish,
     kept: Option<(Backup, PathBuf)>,
     terminal: &mut Terminal,
 ) -> Result<Value, Error> {
-    update::load(session, image, wish.downgrade, terminal)?;
+    update::load(session, via, image, wish.downgrade, terminal)?;
     terminal.line(format!("the sensor runs version {}", image.version()))?;
     let kept = match kept {
         Some((backup, path)) => {

@@ -78,7 +78,7 @@ texts! {
         TooLargeForSlot(size: usize) = "it is larger than the {size} bytes behind the bootloader", "sie ist größer als die {size} Bytes hinter dem Bootloader";
         NoImage = "it is no image file: `plumbline image` makes one from an ELF file", "sie ist keine Image-Datei: `plumbline image` macht eine aus einer ELF-Datei";
         DamagedImage = "it is damaged", "sie ist beschädigt";
-        OtherBoard(number: u16) = "it is for the board number {number}, which this program does not know", "sie ist für das Board Nummer {number}, das dieses Programm nicht kennt";
+        OtherBoard(number: u16) = "it is for the board number {number}, which this program does not know", "sie ist für die Platine Nummer {number}, das dieses Programm nicht kennt";
         NoSection(name: String) = "it has no section [{name}]", "sie hat keinen Abschnitt [{name}]";
         NoProduct = "it names no product", "sie nennt kein Produkt";
         Product(error: Box<Error>) = "{error}; a device with a data sheet needs --eds", "{error}; für ein Gerät mit Datenblatt öffnen Sie zuerst das Datenblatt (EDS)";

@@ -31,7 +31,9 @@ errors! {
         ImageProduct(file: String, product: &'static str): Usage "wrong-image" = "the file is for {file}, but the sensor is {product}: nothing has changed",
             "die Datei ist für {file}, aber der Sensor ist {product}: Nichts hat sich geändert";
         NoSuchSensor(product: String): Usage "wrong-image" = "there is no {product} on the bus: `plumbline scan` shows the sensors",
-            "es gibt kein {product} am Bus: Sensoren suchen zeigt die Sensoren";
+            "am Bus ist kein {product}: Prüfen Sie die Datei, und suchen Sie die Sensoren";
+        RestartFirst: Usage "restart-first" = "the address or the bit rate of the sensor changes at its next start: `plumbline restart` first, then update it there; nothing has changed",
+            "die Adresse oder die Bitrate des Sensors ändert sich beim nächsten Start: Starten Sie ihn zuerst neu, und aktualisieren Sie ihn dort; nichts hat sich geändert";
         DataSheet(doubts: Doubts): Usage "wrong-product" = "the data sheet {doubts}: give the right file, or --yes",
             "das Datenblatt passt nicht zum Gerät ({doubts}): Wählen Sie die richtige Datei, oder bestätigen Sie";
         BadId(id: String, why: Box<NumberError>): Usage "bad-value" = "--id {id}: {why}", "Identifier {id}: {why}";

@@ -109,8 +109,10 @@ errors! {
             "der Bootloader lehnt die Datei ab: Sie ist für ein anderes Produkt oder Board; nichts hat sich geändert";
         ImageOlder(version: String): Refused "older-image" = "the program of the sensor is newer than {version}: --downgrade loads the file all the same; nothing has changed",
             "das Programm des Sensors ist neuer als {version}: --downgrade lädt die Datei trotzdem; nichts hat sich geändert";
-        ImageDamaged: Refused "damaged-image" = "the file has arrived damaged: start the command again; the sensor waits in its bootloader",
-            "die Datei ist beschädigt angekommen: Beginnen Sie den Befehl noch einmal; der Sensor wartet in seinem Bootloader";
+        ImageDamaged: Refused "damaged-image" = "the file has arrived damaged: start the command again",
+            "die Datei ist beschädigt angekommen: Beginnen Sie den Befehl noch einmal";
+        OtherBootloader: Refused "other-bootloader" = "the bootloader at this address is not that of Plumbline: nothing has changed",
+            "der Bootloader an dieser Adresse ist nicht der von Plumbline: Nichts hat sich geändert";
         OtherProgram(crc: String): Refused "other-program" = "after the restart the sensor runs another program than that of the file (CRC {crc}): start the command again",
             "nach dem Neustart läuft im Sensor ein anderes Programm als das der Datei (CRC {crc}): Beginnen Sie den Befehl noch einmal";
         Restarted: Silent "restarted" = "the sensor was switched off and on, and sends with its stored period now: start the command again",

@@ -4,8 +4,10 @@ use crate::error::{Error, Kind, RequestError, SensorError, Silence, What};
 use crate::identify;
 use crate::image::ImageFile;
 use crate::link::Link;
+use crate::master::Target;
 use crate::master::canopen::sdo::{Answer, Server};
 use crate::note::Step;
+use crate::ops::rate;
 use crate::output::{Progress, Terminal};
 use crate::session::Session;
 use plumbline::canopen::Abort;
@@ -32,6 +34,13 @@ const PERMIT_DOWNGRADE: u8 = 0x81;
 const UNFIT: u32 = Abort::Value as u32;
 const OLDER: u32 = Abort::DeviceState as u32;
 const DAMAGED: u32 = Abort::Signature as u32;
+const TIME_OUT: u32 = Abort::TimeOut as u32;
+
+/// The number of times a file is sent.
+const TRIES: u8 = 3;
+
+/// Objects that our bootloader does not have, and others do: name, software version, heartbeat.
+const ABSENT: [u16; 3] = [0x1008, 0x100A, 0x1017];
 
 /// What an update has found.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -61,44 +70,80 @@ pub(crate) fn check(session: &mut Session, image: &ImageFile) -> Result<Before, 
     }
 }
 
-/// Restarts the sensor into its bootloader.
+/// Restarts the sensor into its bootloader. Refused if its address or its bit rate is another one after a restart.
 pub(crate) fn enter(session: &mut Session) -> Result<(), Error> {
     let target = session.target;
+    let rate = session.link.rate();
+    let moves = rate::next_target(session).is_ok_and(|next| !next.is_at(target))
+        || rate.is_some() && rate::next_rate(session).is_ok_and(|next| next != rate);
+    if moves {
+        return Err(RequestError::RestartFirst.into());
+    }
     // Before the restart: in J1939 the tool needs an address of its own for it.
     target.bootloader(&mut session.link)?;
     target.enter_bootloader(session)
 }
 
-/// Loads the file over the bootloader of the sensor, starts it, and waits until it runs.
+/// Loads the file over the bootloader at this address, starts it, and waits until it runs.
 pub(crate) fn load(
     session: &mut Session,
+    via: Target,
     image: &ImageFile,
     downgrade: bool,
     terminal: &mut Terminal,
 ) -> Result<(), Error> {
-    let target = session.target;
-    let server = target.bootloader(&mut session.link)?;
-    let server = server.ok_or(SensorError::NoBootloader)?;
+    let server = via.bootloader(&mut session.link)?;
+    let server = server.ok_or(Silence::Bootloader)?;
     let link = &mut session.link;
-    wait(link, server)?;
-    control(link, server, CLEAR)?;
-    if downgrade {
-        control(link, server, PERMIT_DOWNGRADE)?;
+    let loaded = loaded(link, server, image, downgrade, terminal);
+    if loaded.is_err() {
+        link.set_ending(true);
     }
-    let loaded = download(link, server, image, terminal);
-    if let Err(failure) = loaded {
-        if failure.kind() == Kind::Refused {
-            // The present program, if it is still there.
-            let _ = control(link, server, START_PROGRAM);
+    // After a failure that of the present program, if it is still there. Without a reply, the program shows whether it has started.
+    let started = control(link, server, START_PROGRAM);
+    loaded?;
+    match started {
+        Err(failure) if failure.kind() != Kind::Silent => return Err(failure),
+        _ => {}
+    }
+    runs(session, image)
+}
+
+/// Loads the file. A transfer that the bootloader has aborted because a frame was lost is repeated.
+fn loaded(
+    link: &mut Link,
+    server: Server,
+    image: &ImageFile,
+    downgrade: bool,
+    terminal: &mut Terminal,
+) -> Result<(), Error> {
+    wait(link, server)?;
+    let mut tries = TRIES;
+    loop {
+        control(link, server, CLEAR)?;
+        if downgrade {
+            control(link, server, PERMIT_DOWNGRADE)?;
         }
-        return Err(failure);
+        match download(link, server, image, terminal)? {
+            Answer::Done(()) => break,
+            Answer::Silent | Answer::Aborted(TIME_OUT) if tries > 1 => tries -= 1,
+            Answer::Aborted(UNFIT) => return Err(SensorError::ImageUnfit.into()),
+            Answer::Aborted(OLDER) => return Err(SensorError::ImageOlder(image.version()).into()),
+            Answer::Aborted(DAMAGED) => return Err(SensorError::ImageDamaged.into()),
+            answer => return answer.must(server, What::Program),
+        }
     }
     let (index, sub) = PROGRAM;
     let crc = server.read(link, index, sub)?.must(server, What::Program)?;
-    if number(&crc) != image.header.body() {
-        return Err(SensorError::ImageDamaged.into());
+    match number(&crc) == image.header.body() {
+        true => Ok(()),
+        false => Err(SensorError::ImageDamaged.into()),
     }
-    control(link, server, START_PROGRAM)?;
+}
+
+/// Waits until the program of the file runs.
+fn runs(session: &mut Session, image: &ImageFile) -> Result<(), Error> {
+    let target = session.target;
     session.moved(target);
     let until = after(session.link.now(), START);
     while identify::ask(&mut session.link, target, identify::PATIENT)?.is_none()
@@ -117,7 +162,7 @@ pub(crate) fn load(
     }
 }
 
-/// Waits until the bootloader answers.
+/// Waits until the bootloader answers. Another device with CiA 302 is refused: it has objects that the bootloader does not have.
 fn wait(link: &mut Link, server: Server) -> Result<(), Error> {
     let until = after(link.now(), ENTRY);
     let (index, sub) = CONTROL;
@@ -130,7 +175,14 @@ fn wait(link: &mut Link, server: Server) -> Result<(), Error> {
             return Err(Silence::Bootloader.into());
         }
     }
-    Ok(())
+    let mut is_own = server.read(link, 0x1000, 0)? == Answer::Done(vec![0; 4]);
+    for index in ABSENT {
+        is_own &= server.read(link, index, 0)? == Answer::Aborted(Abort::NoObject as u32);
+    }
+    match is_own {
+        true => Ok(()),
+        false => Err(SensorError::OtherBootloader.into()),
+    }
 }
 
 /// Writes 1F51h:01.
@@ -145,7 +197,7 @@ fn download(
     server: Server,
     image: &ImageFile,
     terminal: &mut Terminal,
-) -> Result<(), Error> {
+) -> Result<Answer<()>, Error> {
     let total = image.bytes.len();
     let step = Step::Downloads(image.version());
     let at = |done| Progress {
@@ -157,10 +209,5 @@ fn download(
     let mut progress = |done| terminal.progress(at(done), None);
     let answer = server.download(link, FILE, &image.bytes, &mut progress);
     terminal.hide();
-    match answer? {
-        Answer::Aborted(UNFIT) => Err(SensorError::ImageUnfit.into()),
-        Answer::Aborted(OLDER) => Err(SensorError::ImageOlder(image.version()).into()),
-        Answer::Aborted(DAMAGED) => Err(SensorError::ImageDamaged.into()),
-        answer => answer.must(server, What::Program),
-    }
+    answer
 }

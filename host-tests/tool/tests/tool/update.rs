@@ -2,6 +2,7 @@
 
 use crate::bus::rig::{Rig, tilted};
 use bench::{BusRate, Flash};
+use host_tests::effort;
 use plumbline::can::BitRate;
 use plumbline::model::catalog::find;
 use plumbline::update::header::SIZE;
@@ -70,6 +71,13 @@ impl Files {
         path
     }
 
+    /// The image file of the program that the sensors have.
+    fn same(&self) -> PathBuf {
+        let path = self.folder.join(format!("{}.plu", self.product));
+        fs::write(&path, ImageFile::of(elf(self.product)).unwrap().bytes).unwrap();
+        path
+    }
+
     /// The file of the settings.
     fn backup(&self) -> PathBuf {
         self.folder.join(format!("{}-{SERIAL}.toml", self.product))
@@ -116,8 +124,6 @@ fn updates(product: &'static str, options: &str, assignment: &str) {
     assert_eq!(told["backup"], json!(files.backup().display().to_string()));
     assert!(files.backup().exists());
     assert_eq!(rig.json(&read), before);
-    let again = rig.json(&line);
-    assert_eq!(again["loaded"], false);
 }
 
 #[test]
@@ -151,18 +157,18 @@ fn file_for_another_product_or_of_an_older_version_changes_nothing() {
             .contains("the file is for is2, but the sensor is jn2101"),
         "{ended:?}"
     );
-    let newer = files.image(2);
-    assert_eq!(rig.json(&line(&newer, ""))["loaded"], true);
-    let older = files.image(1);
+    let older = files.image(-1);
     let ended = rig.tool(&line(&older, ""));
     assert_eq!(ended.code, 1, "{ended:?}");
     assert!(ended.notes.contains("--downgrade"), "{ended:?}");
-    // The newer program runs again.
+    // The program of before runs again.
     rig.run(200);
-    assert_eq!(rig.json(&line(&newer, ""))["loaded"], false);
-    assert_eq!(rig.json(&line(&older, "--downgrade"))["loaded"], true);
+    assert_eq!(rig.json(&line(&files.same(), ""))["loaded"], false);
+    if effort::choose(false, true) {
+        assert_eq!(rig.json(&line(&older, "--downgrade"))["loaded"], true);
+    }
     let damaged = files.folder.join("damaged.plu");
-    let mut bytes = fs::read(&newer).unwrap();
+    let mut bytes = fs::read(&older).unwrap();
     bytes[5000] ^= 1;
     fs::write(&damaged, bytes).unwrap();
     let ended = rig.tool(&line(&damaged, ""));
@@ -178,34 +184,74 @@ fn all_sensors_of_the_product_are_updated_one_after_the_other() {
     attach(&mut rig, "jn2101", SERIAL + 1);
     attach(&mut rig, "is2", SERIAL + 2);
     rig.run(2300);
-    let line = format!("update {} --all", files.image(1).display());
-    let told = rig.json(&line);
-    let rows = told.as_array().expect("a list");
-    let addresses: Vec<_> = rows
-        .iter()
-        .map(|row| (&row["address"], &row["loaded"]))
-        .collect();
-    let loaded = [(&json!("10"), &json!(true)), (&json!("11"), &json!(true))];
-    assert_eq!(addresses, loaded, "{told}");
+    let mut update = |image: PathBuf, is_loaded| {
+        let told = rig.json(&format!("update {} --all", image.display()));
+        let rows = told.as_array().expect("a list");
+        let rows: Vec<_> = rows
+            .iter()
+            .map(|row| (&row["address"], &row["loaded"]))
+            .collect();
+        let loaded = json!(is_loaded);
+        assert_eq!(
+            rows,
+            [(&json!("10"), &loaded), (&json!("11"), &loaded)],
+            "{told}"
+        );
+    };
+    update(files.same(), false);
+    if effort::choose(false, true) {
+        update(files.image(1), true);
+    }
     let other = Files::new("tiltix080", "all-other").image(1);
     let (code, error) = rig.fails(&format!("update {} --all", other.display()));
     assert_eq!((code, &*error), (2, "wrong-image"));
 }
 
+#[test]
+fn sensor_whose_address_changes_at_its_start_is_not_updated() {
+    let files = Files::new("is2", "moves");
+    let mut rig = rig("is2");
+    rig.json("--id 300 set set-id=310 --save");
+    let line = format!("--id 300 update {} --no-backup", files.image(1).display());
+    let (code, error) = rig.fails(&line);
+    assert_eq!((code, &*error), (2, "restart-first"));
+    rig.json("--id 300 restart");
+    rig.run(300);
+    // The identifier of replies is not the one after that of requests.
+    rig.cut = Some(300);
+    let line = line.replace("300", "310");
+    assert_ne!(rig.tool(&line).code, 0);
+    rig.cut = None;
+    rig.run(3000);
+    assert_eq!(rig.json(&line)["loaded"], true);
+}
+
+#[test]
+fn board_without_a_program_takes_one_as_node_127() {
+    for product in effort::choose(&["is2"][..], &["is2", "jn2101"]) {
+        let files = Files::new(product, &format!("blank-{product}"));
+        let mut rig = Rig::new(BusRate::Fixed(BitRate::K125));
+        rig.rate = Some("125");
+        let bootloader = Image::parse(elf("bootloader")).unwrap().as_bootloader();
+        let flash = Flash::blank(Board::BluePill.chip().facts().geometry);
+        let name = find(product).expect("a product").name;
+        let part = Microcontroller::new(name, Rc::new(bootloader), SERIAL, flash, tilted());
+        rig.attach_sensor(part.quiet());
+        let line = format!("--node 127 update {}", files.image(0).display());
+        assert_eq!(rig.json(&line)["loaded"], true, "{product}");
+    }
+}
+
 /// The adapter is unplugged within the download. The next command goes on.
 #[test]
 fn update_that_was_interrupted_is_completed_by_the_next_one() {
-    for (product, options) in [
-        ("jn2101", "--node 10"),
-        ("is2", "--id 300"),
-        ("tiltix080", "--mac 63"),
-    ] {
+    let all = [("jn2101", "--node 10"), ("tiltix080", "--mac 63")];
+    for (product, options) in all.into_iter().take(effort::choose(1, 2)) {
         let files = Files::new(product, &format!("interrupted-{product}"));
         let mut rig = rig(product);
         let line = format!("{options} update {} --no-backup", files.image(1).display());
         rig.cut = Some(400);
-        let ended = rig.tool(&line);
-        assert_ne!(ended.code, 0, "{ended:?}");
+        assert_ne!(rig.tool(&line).code, 0);
         rig.cut = None;
         rig.run(3000);
         if product == "jn2101" {
@@ -213,8 +259,10 @@ fn update_that_was_interrupted_is_completed_by_the_next_one() {
             let told = ["product", "address", "firmware"].map(|key| &rows[0][key]);
             assert_eq!(told, ["jn2101", "10", "bootloader"], "{rows}");
         }
-        assert_eq!(rig.json(&line)["loaded"], true, "{product}");
-        assert_eq!(rig.json(&line)["loaded"], false, "{product}");
+        if effort::choose(false, true) {
+            assert_eq!(rig.json(&line)["loaded"], true, "{product}");
+            assert_eq!(rig.json(&line)["loaded"], false, "{product}");
+        }
     }
 }
 

@@ -52,13 +52,6 @@ pub const PROTOCOL: Protocol = Protocol {
     decoder: decode::decoder,
 };
 
-/// The identifier of replies as delivered: the one after that of requests.
-fn following(request: CanId) -> Option<CanId> {
-    let bits = request.bits();
-    let next = CanId::from_bits(bits + 1);
-    (next.bits() == bits + 1).then_some(next)
-}
-
 /// The tables of a product; None: it has another protocol.
 pub fn tables(product: &Product) -> Option<&Tables> {
     match &product.protocol {
@@ -185,8 +178,11 @@ impl Master for Sensor {
         self.enter_bootloader_in(session)
     }
 
-    fn bootloader(&self, _link: &mut Link) -> Result<Option<Server>, Error> {
-        let reply = self.reply.or_else(|| following(self.request));
+    fn bootloader(&self, link: &mut Link) -> Result<Option<Server>, Error> {
+        let reply = match self.reply {
+            None => session::bootloader_reply(link, self.request)?,
+            reply => reply,
+        };
         Ok(reply.map(|reply| Server::bootloader(self.request, reply)))
     }
 

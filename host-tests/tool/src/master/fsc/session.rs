@@ -2,11 +2,13 @@
 
 use super::tables;
 use crate::error::{Error, What};
+use crate::link::Link;
 use crate::master::fsc::request::{self as fsc, Sensor};
 use crate::note::Note;
 use crate::ops::identity::{Values, numbers};
 use crate::session::{Session, unexpected};
 use crate::sheet::{Address, Entry};
+use plumbline::can::{CanId, Frame};
 use plumbline::fsc::table::{Function, Operation};
 use plumbline::fsc::{FLASH, UPDATE};
 use plumbline::model::listing::fsc::Tables;
@@ -16,8 +18,27 @@ use plumbline::time::Duration;
 /// The code of the article.
 const ARTICLE: u8 = 0x03;
 
+/// The number of times a bootloader is asked whose replies have an unknown identifier.
+const BOOTLOADER_TRIES: u8 = 15;
+
 /// The code of the serial number.
 const SERIAL: u8 = 0x04;
+
+/// The identifier of the replies of a bootloader that waits at this identifier of requests.
+pub(super) fn bootloader_reply(link: &mut Link, request: CanId) -> Result<Option<CanId>, Error> {
+    // Reads 1F51h:01, which is 0.
+    let question = Frame::of(request, [0x40, 0x51, 0x1F, 1, 0, 0, 0, 0], 8);
+    let answer = [0x4F, 0x51, 0x1F, 1, 0, 0, 0, 0];
+    for _ in 0..BOOTLOADER_TRIES {
+        let reply = link.ask(&question, fsc::ANSWER, |frame| {
+            (frame.bytes() == answer).then(|| frame.can_id())
+        })?;
+        if reply.is_some() {
+            return Ok(reply);
+        }
+    }
+    Ok(None)
+}
 
 impl Sensor {
     /// All data of the reply with an entry.
@@ -113,7 +134,9 @@ impl Sensor {
         let program = reply.data.get(..4).map(number);
         if program.is_none() {
             let tables = own(session)?;
-            fsc::earlier(&mut session.link, self, tables)?;
+            for name in fsc::earlier(&mut session.link, self, tables)? {
+                session.note(Note::Cleared(name));
+            }
         }
         Ok(program)
     }
