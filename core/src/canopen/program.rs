@@ -15,7 +15,7 @@ use super::lookup::find_row;
 use super::nmt::State;
 use super::product::{ContextOf, Product};
 use super::protocol::Services;
-use super::row::{Row, find, rows};
+use super::row::{Row, rows};
 use super::sdo::Written;
 use super::sdo::message::Address;
 use crate::can::CanId;
@@ -62,9 +62,17 @@ const fn service(index: u16, data_type: DataType, service: Service) -> Object {
     }
 }
 
-/// The row of one of these objects.
+/// The row of one of these objects. Not inlined, so that the way to the objects of the product stays short.
+#[cold]
+#[inline(never)]
 pub(super) fn lookup(address: Address) -> Result<&'static Row, Abort> {
-    find(&ROWS, 0, address)
+    let mut same = ROWS.iter().filter(|row| row.index() == address.index);
+    let mut abort = Abort::NoObject;
+    same.find(|row| {
+        abort = Abort::NoSubIndex;
+        row.address().sub == address.sub
+    })
+    .ok_or(abort)
 }
 
 impl<P: Product> Services<P> {
