@@ -68,14 +68,10 @@ pub enum Service {
     RestoreGroup,
     /// The errors, newest first (1003h:01 and following). An error that did not occur reads 0.
     ErrorHistoryOrZero,
-    /// 0 stops the program: the node restarts into its [bootloader](crate::update) (1F51h:01 of CiA 302-3). Reads 1: the program runs.
-    ProgramControl,
-    /// The CRC-32 of the program (1F56h:01 of CiA 302-3).
-    ProgramIdentification,
 }
 
 impl Service {
-    pub(super) const ALL: [Self; 11] = [
+    pub(super) const ALL: [Self; 9] = [
         Self::ErrorRegister,
         Self::ErrorCount,
         Self::ErrorHistory,
@@ -85,8 +81,6 @@ impl Service {
         Self::StoreGroup,
         Self::RestoreGroup,
         Self::ErrorHistoryOrZero,
-        Self::ProgramControl,
-        Self::ProgramIdentification,
     ];
 }
 

@@ -10,7 +10,6 @@ use super::mapping::is_mapping;
 use super::own::{Own, Read, Scope, Then};
 use super::pdo::{MAPPED, Tpdo, Tpdos};
 use super::product::{ContextOf, ParametersOf, Product};
-use super::program;
 use super::protocol::Services;
 use super::row::{Kind, Row};
 use super::saved::{End, LOAD, SAVE};
@@ -35,14 +34,7 @@ impl<P: Product> Objects for View<'_, P> {
     const WRITABLE: usize = P::WRITABLE;
 
     fn find(&self, address: Address) -> Result<&'static Row, Abort> {
-        lookup::<P>(address).or_else(|abort| {
-            let has_bootloader = self.cx.shell.program().is_some();
-            if has_bootloader && abort == Abort::NoObject {
-                program::lookup(address)
-            } else {
-                Err(abort)
-            }
-        })
+        lookup::<P>(address)
     }
 
     fn check_read(&self, row: &'static Row, sub: u8) -> Result<(), Abort> {
@@ -154,8 +146,6 @@ impl<P: Product> Services<P> {
             Some(Service::SerialNumber) => cx.shell.serial(),
             // The device stores and restores on command (7.5.2.13 of CiA 301).
             Some(Service::StoreGroup | Service::RestoreGroup) => 1,
-            Some(Service::ProgramControl) => 1,
-            Some(Service::ProgramIdentification) => cx.shell.program().unwrap_or(0),
             _ => 0,
         }
     }
@@ -269,7 +259,6 @@ impl<P: Product> Services<P> {
                 Ok(Written::Done)
             }
             (Service::ErrorCount, _) => Err(Abort::Value),
-            (Service::ProgramControl, value) => self.control_program(cx, now, value),
             (Service::Store, SAVE) => Ok(self.save(cx, What::Everything)),
             (Service::RestoreCommunication, LOAD) => Ok(self.save(cx, What::FactoryCommunication)),
             _ => Err(Abort::Signature),

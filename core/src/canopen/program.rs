@@ -6,95 +6,87 @@
 //! | 1F56h:01 | u32 | ro | the CRC-32 of the program |
 //! | 1F57h:01 | u32 | ro | 0: the program is in order |
 //!
-//! A product has them only behind a bootloader, and they are in none of its EDS files: the original does not have them.
+//! A product has them only behind a bootloader, and they are in none of its EDS files: the original does not have them. So they are no rows of
+//! its dictionary. They take the place of the abort "no object", which keeps the way to the objects of the product short.
 
 use super::Abort;
 use super::cob_id;
-use super::dictionary::{Access, Object, Service, Target};
 use super::lookup::find_row;
 use super::nmt::State;
 use super::product::{ContextOf, Product};
 use super::protocol::Services;
-use super::row::{Row, rows};
-use super::sdo::Written;
-use super::sdo::message::Address;
+use super::sdo::message::{self, Address, Announced, Request};
 use crate::can::CanId;
-use crate::param::DataType;
 use crate::time::Instant;
 use crate::update::Contact;
 
-/// The objects, in addition to those of a product.
-const OBJECTS: [Object; 6] = [
-    count(0x1F51),
-    Object {
-        access: Access::Rw,
-        ..service(0x1F51, DataType::U8, Service::ProgramControl)
-    },
-    count(0x1F56),
-    service(0x1F56, DataType::U32, Service::ProgramIdentification),
-    count(0x1F57),
-    Object {
-        index: 0x1F57,
-        sub: 1,
-        data_type: DataType::U32,
-        ..Object::plain()
-    },
-];
+/// Program control, program software identification, flash status identification.
+/// The high byte of their indices.
+pub(super) const GROUP: u8 = 0x1F;
 
-static ROWS: [Row; OBJECTS.len()] = rows(&OBJECTS, &[], &[]);
-
-/// The number of programs.
-const fn count(index: u16) -> Object {
-    Object {
-        index,
-        target: Target::Constant(1),
-        ..Object::plain()
-    }
-}
-
-const fn service(index: u16, data_type: DataType, service: Service) -> Object {
-    Object {
-        index,
-        sub: 1,
-        data_type,
-        target: Target::Service(service),
-        ..Object::plain()
-    }
-}
-
-/// The row of one of these objects. Not inlined, so that the way to the objects of the product stays short.
-#[cold]
-#[inline(never)]
-pub(super) fn lookup(address: Address) -> Result<&'static Row, Abort> {
-    let mut same = ROWS.iter().filter(|row| row.index() == address.index);
-    let mut abort = Abort::NoObject;
-    same.find(|row| {
-        abort = Abort::NoSubIndex;
-        row.address().sub == address.sub
-    })
-    .ok_or(abort)
-}
+const CONTROL: u16 = 0x1F51;
+const IDENTIFICATION: u16 = 0x1F56;
+const STATUS: u16 = 0x1F57;
 
 impl<P: Product> Services<P> {
-    /// Writes 1F51h:01.
-    pub(super) fn control_program(
+    /// The answer to a request for one of these objects; None: it is for another object, or one of the product, or there is no bootloader.
+    #[cold]
+    #[inline(never)]
+    pub(super) fn answer_program(
         &mut self,
         cx: &mut ContextOf<P>,
         now: Instant,
-        value: u32,
-    ) -> Result<Written, Abort> {
-        match value {
-            0 => {
+        request: [u8; 8],
+    ) -> Option<[u8; 8]> {
+        let program = cx.shell.program()?;
+        let request = Request::parse(request);
+        let (Request::Upload(address) | Request::Download(address, _)) = request else {
+            return None;
+        };
+        if find_row::<P>(address.index, address.sub).is_some() {
+            return None;
+        }
+        let answer = match request {
+            Request::Download(_, announced) => {
+                let written = self.control_program(cx, now, address, announced);
+                written.map(|()| message::download_reply(address))
+            }
+            _ => read(address, program)
+                .map(|(number, size)| message::number_reply(address, number, size)),
+        };
+        match answer {
+            Err(Abort::NoObject) => None,
+            Err(abort) => Some(message::abort(address, abort)),
+            reply => reply.ok(),
+        }
+    }
+
+    /// Writes 1F51h:01.
+    fn control_program(
+        &mut self,
+        cx: &mut ContextOf<P>,
+        now: Instant,
+        address: Address,
+        announced: Announced,
+    ) -> Result<(), Abort> {
+        read(address, 0)?;
+        if (address.index, address.sub) != (CONTROL, 1) {
+            return Err(Abort::ReadOnly);
+        }
+        match announced {
+            Announced::Expedited(..) if cx.is_saving() => Err(Abort::DeviceState),
+            Announced::Expedited([0, ..], None | Some(1)) => {
                 // The reply is the last frame.
                 self.be_silent(State::Initialising);
                 self.operate(now, false);
                 cx.shell.enter_bootloader();
                 cx.shell.restart(now);
+                Ok(())
             }
-            1 => {}
-            _ => return Err(Abort::Value),
+            Announced::Expedited([1, ..], None | Some(1)) => Ok(()),
+            Announced::Expedited(_, None | Some(1)) => Err(Abort::Value),
+            _ => Err(Abort::TooLong),
         }
-        Ok(Written::Done)
     }
 
     /// The contact data of a bootloader with the identifiers of the SDO server.
@@ -114,5 +106,16 @@ impl<P: Product> Services<P> {
     /// A number of the identity object (1018h).
     fn identity(&self, cx: &ContextOf<P>, sub: u8) -> u32 {
         find_row::<P>(0x1018, sub).map_or(0, |row| self.number(cx, row, sub))
+    }
+}
+
+/// The number in an object, and its size in bytes.
+fn read(Address { index, sub }: Address, program: u32) -> Result<(u32, u8), Abort> {
+    match (index, sub) {
+        (CONTROL | IDENTIFICATION | STATUS, 0) | (CONTROL, 1) => Ok((1, 1)),
+        (IDENTIFICATION, 1) => Ok((program, 4)),
+        (STATUS, 1) => Ok((0, 4)),
+        (CONTROL | IDENTIFICATION | STATUS, _) => Err(Abort::NoSubIndex),
+        _ => Err(Abort::NoObject),
     }
 }

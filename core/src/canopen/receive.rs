@@ -5,6 +5,7 @@ use super::nmt::{Command, State};
 use super::objects::View;
 use super::pdo::Tpdos;
 use super::product::{ContextOf, Product};
+use super::program;
 use super::protocol::{Canopen, Services, send, send_reply};
 use crate::can::{CanId, Frame};
 use crate::time::Instant;
@@ -46,6 +47,15 @@ impl<P: Product> Canopen<P> {
             return;
         };
         if !self.services.state.communicates() {
+            return;
+        }
+        // In a running transfer, these bytes can be data.
+        let [_, _, group, ..] = bytes;
+        if group == program::GROUP
+            && !self.sdo.deadline().is_set()
+            && let Some(answer) = self.services.answer_program(cx, now, bytes)
+        {
+            send_reply(cx, reply, Some(answer));
             return;
         }
         let services = &mut self.services;

@@ -275,9 +275,7 @@ fn service(target: Target) -> (&'static str, Option<(i64, i64)>) {
         Service::ErrorRegister
         | Service::ErrorHistory
         | Service::ErrorHistoryOrZero
-        | Service::SerialNumber
-        | Service::ProgramControl
-        | Service::ProgramIdentification => ("", None),
+        | Service::SerialNumber => ("", None),
     }
 }
 
