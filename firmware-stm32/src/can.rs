@@ -83,8 +83,6 @@ pub struct Bus {
     can: bxcan::Can<Controller>,
     setup: Setup,
     change: Change,
-    /// The change only restores the controller.
-    is_mending: bool,
     /// The number of times that the controller did not acknowledge initialization mode, since it did last.
     tries: u8,
     /// The fault confinement state last reported.
@@ -108,7 +106,6 @@ impl Bus {
             can,
             setup: Setup::NONE,
             change: Change::Done,
-            is_mending: false,
             tries: 0,
             state: BusState::Active,
             overruns: 0,
@@ -120,15 +117,10 @@ impl Bus {
 
     /// Begins the change to this mode and bit rate. [`step`](Self::step) performs the change.
     pub fn configure(&mut self, mode: BusMode, rate: BitRate, filters: Filters<'_>) {
-        self.is_mending = false;
         // A reset that still runs is begun again, so that its effect is not lost.
-        let resets = matches!(
-            self.change,
-            Change::Resetting { .. } | Change::Finishing { .. }
-        );
-        let resets = resets || self.is_listening();
+        let listening = self.is_listening() || matches!(self.change, Change::Resetting { .. });
         self.setup = Setup::of(mode, rate, filters);
-        if resets {
+        if listening {
             // At a wrong bit rate the controller may never detect the end of a frame, and there is none of its own. Errors of
             // the search must not count in normal mode.
             self.reset(mode == BusMode::Normal);

@@ -4,7 +4,6 @@ use super::inspection::{INTERRUPTS, Mode};
 use super::{Bus, transmit};
 use crate::board;
 use crate::clock;
-use cortex_m::peripheral::NVIC;
 use plumbline::node::driver;
 use plumbline::time::{Duration, Instant, after, millis, reached};
 
@@ -37,11 +36,6 @@ pub(super) enum Change {
         limit: Instant,
         /// The error counters must be reset too.
         counters: bool,
-    },
-    /// The controller is restored: initialization mode is requested, it finishes a frame, then it is reset by RCC.
-    Finishing {
-        /// The end of the wait.
-        limit: Instant,
     },
     /// Initialization mode is requested. The controller finishes a frame first.
     Leaving {
@@ -100,34 +94,13 @@ impl Bus {
         self.change = Change::Leaving { limit };
     }
 
-    /// Begins to restore the controller. Its mailboxes are sent again, and received frames wait for the node.
-    pub(super) fn mend(&mut self) {
-        self.leave();
-        let limit = after(clock::now(), LEAVE_LIMIT);
-        self.change = Change::Finishing { limit };
-        self.is_mending = true;
-    }
-
-    /// Resets the controller by RCC: a disturbance can have set silent mode, in which the transmit output can stay dominant until such a
-    /// reset.
-    fn renew(&mut self) {
-        // The frames in the FIFO, also if the controller does not request its interrupt any more.
-        NVIC::pend(board::CAN_RECEIVE_INTERRUPT);
-        transmit::keep(|| {
-            board::connect_transmitter(false);
-            board::reset_can();
-        });
-        self.leave();
-    }
-
     /// Performs a step of a change of mode. Call it at least every millisecond.
     pub fn step(&mut self) -> driver::Change {
         self.proceed();
         match self.change {
             Change::Done => driver::Change::Done,
             Change::Joining { .. } => driver::Change::Joining,
-            _ if self.is_mending => driver::Change::Joining,
-            _ => driver::Change::Leaving,
+            Change::Resetting { .. } | Change::Leaving { .. } => driver::Change::Leaving,
         }
     }
 
@@ -150,11 +123,6 @@ impl Bus {
                         self.leave();
                     }
                 }
-                Change::Finishing { limit } => {
-                    if status.inak().bit_is_set() || reached(clock::now(), limit) {
-                        self.renew();
-                    }
-                }
                 Change::Leaving { limit } => {
                     if status.inak().bit_is_set() {
                         return self.join();
@@ -171,7 +139,6 @@ impl Bus {
                 Change::Joining { .. } => {
                     if status.inak().bit_is_clear() && status.slak().bit_is_clear() {
                         self.change = Change::Done;
-                        self.is_mending = false;
                     } else {
                         self.wait();
                     }

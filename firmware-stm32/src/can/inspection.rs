@@ -66,7 +66,7 @@ impl Bus {
         let mode = match self.change {
             Change::Done => Mode::Normal,
             Change::Joining { .. } => Mode::Joining,
-            _ => return,
+            Change::Resetting { .. } | Change::Leaving { .. } => return,
         };
         board::connect_transmitter(!self.setup.is_listening());
         self.pulses.restore();
@@ -83,7 +83,10 @@ impl Bus {
             board::restart();
         }
         warn!("the disturbed CAN controller is restored");
-        self.mend();
+        transmit::abort_all();
+        // RCC resets the controller: a disturbance can have set silent mode, in which the transmit output can stay dominant until such a
+        // reset.
+        self.reset(true);
     }
 
     /// How the controller differs from the configuration that was set, and from its mode; 0 if it does not.

@@ -75,57 +75,6 @@ pub fn acknowledge() {
     });
 }
 
-/// The registers of a mailbox: TIR, TDTR, TDLR, TDHR. TIR is 0 if there is no frame.
-type Words = [u32; 4];
-
-/// Resets the controller by `reset`, which empties the mailboxes. Their frames are put into mailboxes again, in their order. Software can use
-/// the mailboxes in sleep mode too (RM0008, 24.4.3).
-pub(super) fn keep(reset: impl FnOnce()) {
-    critical_section::with(|_| {
-        let registers = registers();
-        let frames = pending(&registers);
-        reset();
-        let waiting = frames.into_iter().filter(|words| *words != [0; 4]);
-        for (mailbox, [identifier, length, low, high]) in registers.tx_iter().zip(waiting) {
-            // SAFETY: the values of a mailbox.
-            unsafe {
-                mailbox.tdtr().write(|w| w.bits(length));
-                mailbox.tdlr().write(|w| w.bits(low));
-                mailbox.tdhr().write(|w| w.bits(high));
-                mailbox.tir().write(|w| w.bits(identifier));
-            }
-        }
-    });
-}
-
-/// The frames in the mailboxes, in their order by TSR.LOW. On a chip without this field, two frames can change their order.
-fn pending(registers: &CanPeripheral) -> [Words; 2] {
-    let status = registers.tsr().read().bits();
-    let (empty, last) = (status >> 26, status >> 29);
-    let mut frames = [[0; 4]; 2];
-    let mut places = frames.iter_mut();
-    let mut is_reversed = false;
-    for (number, mailbox) in registers.tx_iter().enumerate() {
-        let identifier = mailbox.tir().read().bits();
-        if empty >> number & 1 == 0
-            && identifier & REQUEST != 0
-            && let Some(place) = places.next()
-        {
-            *place = [
-                identifier,
-                mailbox.tdtr().read().bits(),
-                mailbox.tdlr().read().bits(),
-                mailbox.tdhr().read().bits(),
-            ];
-            is_reversed |= last >> number & 1 != 0 && places.len() == 1;
-        }
-    }
-    if is_reversed {
-        frames.reverse();
-    }
-    frames
-}
-
 /// Aborts the frames in the mailboxes. A frame on the bus is not aborted if its transmission succeeds.
 pub fn abort_all() {
     registers().tsr().write(|w| {
