@@ -188,6 +188,8 @@ impl<N: ProductNode, E: Element> Hardware<N, E> {
 }
 
 impl<N: ProductNode, E: Element> Platform for Hardware<N, E> {
+    const HAS_BOOTLOADER: bool = cfg!(feature = "behind-bootloader");
+
     fn perform(&mut self, output: Output) {
         match output {
             Output::Leds(leds) => {

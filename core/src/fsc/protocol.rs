@@ -24,10 +24,10 @@ pub(super) type ContextOf<P> = Context<<P as Product>::Application>;
 
 /// The identifiers in force since the last restart. A written identifier acts after the next restart.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-struct InForce {
-    set: CanId,
-    reply: CanId,
-    sync: CanId,
+pub(super) struct InForce {
+    pub(super) set: CanId,
+    pub(super) reply: CanId,
+    pub(super) sync: CanId,
 }
 
 /// The identification of the article.
@@ -41,7 +41,7 @@ struct Identity {
 /// The protocol of GEMAC function select codes for product `P`.
 pub struct Fsc<P> {
     identity: Identity,
-    in_force: InForce,
+    pub(super) in_force: InForce,
     /// The sticky bits of the status byte.
     pub(super) sticky: u8,
     pub(super) cyclic: Option<Cyclic>,

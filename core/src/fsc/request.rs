@@ -39,9 +39,7 @@ impl<P: Product> Fsc<P> {
             return;
         }
         let Some(row) = row else {
-            if !self.update(cx, now, code, data) {
-                self.refuse(cx, code);
-            }
+            self.unknown(cx, now, frame);
             return;
         };
         match row.operation {
@@ -85,21 +83,29 @@ impl<P: Product> Fsc<P> {
         (own.serve)(cx, data)
     }
 
-    /// Answers the code of an update, which a sensor has only behind a bootloader: with the signature it restarts into the bootloader,
-    /// without data it replies with the CRC-32 of the program. Returns false if the request is refused.
-    fn update(&mut self, cx: &mut ContextOf<P>, now: Instant, code: u8, data: &[u8]) -> bool {
-        match (code, cx.shell.program()) {
-            (UPDATE, Some(program)) if data.is_empty() => {
-                self.answer(cx, code, &program.to_le_bytes());
+    /// Answers a code that the product does not have. A sensor behind a bootloader has that of an update: with the signature it restarts into
+    /// the bootloader, without data it replies with the CRC-32 of the program. All others are refused.
+    #[cold]
+    #[inline(never)]
+    fn unknown(&mut self, cx: &mut ContextOf<P>, now: Instant, frame: &Frame) {
+        match (frame.bytes(), cx.shell.program()) {
+            ([UPDATE], Some(program)) => {
+                // The sticky bits of the status: its other bits would make the replies to reads slower.
+                let head = u16::from_le_bytes([UPDATE, self.sticky]);
+                let word = u64::from(program) << 16 | u64::from(head);
+                cx.shell.send(Frame::word(self.in_force.reply, word, 6));
             }
-            (UPDATE, Some(_)) if data.starts_with(FLASH) => {
-                self.acknowledge(cx, code);
+            ([UPDATE, data @ ..], Some(_)) if data.starts_with(FLASH) && cx.is_saving() => {
+                cx.shell.defer(frame);
+            }
+            ([UPDATE, data @ ..], Some(_)) if data.starts_with(FLASH) => {
+                self.acknowledge(cx, UPDATE);
                 cx.shell.enter_bootloader();
                 self.restart(cx, now);
             }
-            _ => return false,
+            ([code, ..], _) => self.refuse(cx, *code),
+            ([], _) => {}
         }
-        true
     }
 
     fn refuse(&mut self, cx: &mut ContextOf<P>, code: u8) {
@@ -160,7 +166,6 @@ impl<P: Product> Fsc<P> {
         match row.map(|row| row.operation) {
             Some(Operation::Load | Operation::Save) => true,
             Some(Operation::Alive) => data.starts_with(Self::RESET_SIGNATURE),
-            None => cx.shell.program().is_some() && data.starts_with(FLASH),
             Some(Operation::Write) => self.loading || cx.shell.has_deferred(),
             _ => false,
         }

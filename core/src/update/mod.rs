@@ -18,7 +18,7 @@
 //! | | protocol | request | its reply | without a bootloader | the CRC-32 of the program | requests to the bootloader, its replies |
 //! |---|---|---|---|---|---|---|
 //! | U1 | CANopen | 1F51h:01 = 0 (CiA 302-3) | confirmation | abort 0602 0000h | 1F56h:01 | 600h and 580h + node-ID |
-//! | U2 | function select codes | code 60h, "FLASH" | 60h, status | 60h, status with CmdParamError | reply to 60h without data | Set-Parameter-ID and Reply-Parameter-ID |
+//! | U2 | function select codes | code 60h, "FLASH" | 60h, status | 60h, status with CmdParamError | reply to 60h without data: 60h, the error bits of the status, CRC-32 | Set-Parameter-ID and Reply-Parameter-ID |
 //! | U3 | J1939 | 1F51h:01 = 0 through PGN 61184 | as in CANopen | as in CANopen | 1F56h:01 | PGN 61184 with priority 6, between the client that has sent the request and the sensor |
 //! | U4 | DeviceNet | service 32h of the identity object (1, 1), "BOOT" | B2h | error 08h | response to service 32h without data | messages 4 and 3 of group 2 of the MAC ID |
 //!

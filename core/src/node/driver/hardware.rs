@@ -109,6 +109,10 @@ pub enum Output {
 
 /// The hardware around a node, except the CAN controller: LEDs, store, outputs.
 pub trait Platform {
+    /// Whether the board has a bootloader. Its driver starts the node with [`Boot::program`](super::super::Boot::program), and implements
+    /// [`update`](Self::update).
+    const HAS_BOOTLOADER: bool = false;
+
     /// Sets an output, or begins a self-test.
     fn perform(&mut self, output: Output);
 
@@ -125,7 +129,6 @@ pub trait Platform {
     fn restart(&mut self, kept: u32);
 
     /// The [restart](Self::restart) that follows is that into the bootloader: leave these contact data for it, in memory that is not cleared.
-    /// The default is for a board without a bootloader, which starts its node without [`Boot::program`](super::super::Boot::program).
     fn update(&mut self, contact: &Contact) {
         let _ = contact;
     }

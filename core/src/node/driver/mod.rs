@@ -326,10 +326,19 @@ impl<S: Side> Driver<S> {
         // If all mailboxes are empty now, the node has no more frames.
         if self.side.link(|link| link.is_idle()) || reached(now, limit) {
             self.restart = Restart::No;
-            if let Some(contact) = self.side.link(|link| link.contact()) {
-                platform.update(&contact);
-            }
+            tell_bootloader(&mut self.side, platform);
             platform.restart(self.side.kept());
         }
+    }
+}
+
+/// Leaves the contact data for the bootloader, if the restart is that into it.
+#[cold]
+#[inline(never)]
+fn tell_bootloader<S: Side, P: Platform>(side: &mut S, platform: &mut P) {
+    if P::HAS_BOOTLOADER
+        && let Some(contact) = side.link(|link| link.contact())
+    {
+        platform.update(&contact);
     }
 }
