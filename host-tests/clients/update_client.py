@@ -21,6 +21,7 @@ SdoClient.RESPONSE_TIMEOUT = 60.0  # s; a busy computer answers late
 NODE = 127
 FILE, CONTROL, CRC, STATUS = (0x1F50, 1), (0x1F51, 1), (0x1F56, 1), (0x1F57, 1)
 NO_PROGRAM = 1 << 1
+TIME_OUT = 0x05040000
 
 counts = {True: 0, False: 0}
 
@@ -39,10 +40,17 @@ def number(sdo, address):
 def load(sdo, image, blocks):
     """Loads the image, and checks what the bootloader says of it."""
     kind = "blocks" if blocks else "segments"
-    sdo.download(*CONTROL, b"\x03")
-    check(f"{kind}: status after clear", number(sdo, STATUS) & ~NO_PROGRAM, 0)
-    with sdo.open(*FILE, "wb", size=len(image), block_transfer=blocks) as file:
-        file.write(image)
+    while True:
+        sdo.download(*CONTROL, b"\x03")
+        check(f"{kind}: status after clear", number(sdo, STATUS) & ~NO_PROGRAM, 0)
+        try:
+            with sdo.open(*FILE, "wb", size=len(image), block_transfer=blocks) as file:
+                file.write(image)
+            break
+        except canopen.SdoAbortedError as error:
+            # A busy computer has paused for longer than the time-out of the bootloader, 1 s.
+            if error.code != TIME_OUT:
+                raise
     check(f"{kind}: status", number(sdo, STATUS), 0)
     check(f"{kind}: CRC", number(sdo, CRC), int.from_bytes(image[20:24], "little"))
 
