@@ -88,6 +88,7 @@ const STM32F103: Chip = Chip {
         ("CAN.tsr", 0x1C00_0000, "RM0008, CAN_TSR: 1C000000h"),
         ("CAN.btr", 0x0123_0000, "RM0008, CAN_BTR: 01230000h"),
         ("CAN.fmr", 0x2A1C_0E01, "RM0008, CAN_FMR: 2A1C0E01h"),
+        ("GPIOB.idr", 1 << 8, "RXD of a recessive bus is high"),
     ],
     reserved: &[
         ("CAN.tx[0].tdtr", "the model stores the complete word"),
@@ -179,6 +180,7 @@ const STM32F446: Chip = Chip {
         ("CAN1.btr", 0x0123_0000, "RM0390, CAN_BTR: 01230000h"),
         ("DBGMCU.idcode", 0x0000_0030, "RM0390: DEV_ID is 421h"),
         ("FLASH.optcr", 0b1100, "README: brown-out level 3"),
+        ("GPIOA.idr", 1 << 11, "RXD of a recessive bus is high"),
         ("GPIOA.ospeedr", 0x0C00_0000, "RM0390: 0C000000h for port A"),
     ],
     reserved: &[
