@@ -7,7 +7,7 @@
 //! | 1F57h:01 | u32 | ro | 0: the program is in order |
 //!
 //! A product has them only behind a bootloader, and they are in none of its EDS files: the original does not have them. So they are no rows of
-//! its dictionary. They take the place of the abort "no object", which keeps the way to the objects of the product short.
+//! its dictionary. A request for them is answered before the SDO server: as rows, they made each answer of the ims360 2 us slower.
 
 use super::Abort;
 use super::cob_id;

@@ -9,7 +9,7 @@
 //! - [`objects`]: the objects of CiA 302-3;
 //! - [`UpdateServer`]: its SDO server.
 //!
-//! # The way into the bootloader
+//! # How a program enters the bootloader
 //!
 //! A program behind a bootloader ([`Boot::program`](crate::node::Boot::program)) has a request in its protocol that the original does not
 //! have. It restarts into the bootloader, which answers SDO requests on two identifiers at the bit rate in force. Without a bootloader, the

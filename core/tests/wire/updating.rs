@@ -1,4 +1,4 @@
-//! The way into the bootloader (U1 to U4): each protocol has it only behind a bootloader, and otherwise answers as the original does.
+//! Requests that enter the bootloader (U1 to U4): each protocol has one only behind a bootloader, and otherwise answers as the original does.
 
 use crate::tester::devicenet::{MAC_3, power_up};
 use crate::tester::fsc::request;

@@ -276,8 +276,11 @@ impl Server {
     fn run_bus(&mut self) {
         let begin = std::time::Instant::now();
         let now = self.now();
-        while self.bus.now() < now {
+        loop {
             self.bus.run_until(now.min(after(self.bus.now(), SLICE)));
+            if self.bus.now() >= now {
+                return;
+            }
             if begin.elapsed() > PATIENCE {
                 let behind = (now - self.bus.now()).ticks();
                 self.start += Duration::from_micros(behind);

@@ -1,4 +1,4 @@
-//! The way from a running program into the bootloader and back, in each protocol. Parameters, identifiers and bit rate survive.
+//! A running program enters the bootloader over its own protocol, and another program starts. Parameters, identifiers and bit rate stay.
 
 use super::client::Client;
 use super::{BOOT_UP, RATE, START, VERSION, file, sensor, sensor_with, slot};
