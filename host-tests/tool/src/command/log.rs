@@ -278,13 +278,20 @@ pub(super) fn log(
         if is_renewed {
             write!(terminal.out, "{CLEAR}").map_err(closed)?;
         }
-        print_list(list, terminal)?;
+        match file {
+            Some(_) => terminal.line(list.to_string().trim_end())?,
+            None => print_list(list, terminal)?,
+        }
     }
     if let Some(mut file) = file {
         file.flush().map_err(|error| unwritten(path, &error))?;
         terminal.line(format!("{count} frames are in {}", path.display()))?;
         let file = path.display().to_string();
-        terminal.document(&json!({"file": file, "frames": count, "lost": lost}))?;
+        let mut document = json!({"file": file, "frames": count, "lost": lost});
+        if let Some(list) = &view.list {
+            document["list"] = list.json();
+        }
+        terminal.document(&document)?;
     }
     if let Some(lost @ 1..) = lost {
         terminal.note(&Note::LostFrames(lost));

@@ -151,8 +151,8 @@ fn ended<T>(session: &mut Session, result: Result<T, Error>) -> Result<T, Error>
 fn read(path: &Path) -> Result<ImageFile, Error> {
     let name = path.display().to_string();
     let bytes = bench::file::read(path, LONGEST)
-        .map_err(|error| FileError::ProgramUnread(name.clone(), error.to_string()))?;
-    Ok(ImageFile::parse(bytes).map_err(|why| FileError::Program(name, why))?)
+        .map_err(|error| FileError::ImageUnread(name.clone(), error.to_string()))?;
+    Ok(ImageFile::parse(bytes).map_err(|why| FileError::Image(name, why))?)
 }
 
 /// Updates a sensor that answers.

@@ -14,6 +14,9 @@ errors! {
         PageBackup(why: Fault): Usage "bad-file" = "the file is not valid: {why}; `plumbline backup` writes a valid one",
             "die Datei ist nicht gültig: {why}; Sensor in Datei macht eine gültige";
         PageTooLong: Usage "bad-file" = "the file is not valid: it is too long", "die Datei ist nicht gültig: Sie ist zu lang";
+        ImageUnread(path: String, reason: String): Bus "no-file" = "cannot read {path} ({reason}): `plumbline image` writes such a file",
+            "{path} lässt sich nicht lesen ({reason}): `plumbline image` schreibt eine solche Datei";
+        Image(path: String, why: Fault): Usage "bad-file" = "{path} is not valid: {why}", "{path} ist nicht gültig: {why}";
         Fault(why: Fault): Usage "bad-file" = "{why}", "{why}";
         Unwritten(path: String, reason: String): Bus "no-file" = "cannot write {path} ({reason}): choose another file or folder",
             "{path} lässt sich nicht schreiben ({reason}): Wählen Sie eine andere Datei oder einen anderen Ordner";
