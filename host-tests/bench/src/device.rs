@@ -7,6 +7,7 @@ use super::controller::{Controller, Interrupt};
 use super::flash::Flash;
 use super::hardware::{Board, Hardware, LedHistory};
 use super::sensor::Sensor;
+use crate::fault::{Axis, Fault};
 use crate::motion::Motion;
 use crate::node_type::{NodeType, STORE_BUFFER};
 use crate::thermal::Cell;
@@ -196,8 +197,12 @@ impl Device {
         }
     }
 
-    /// Reports the result of the self-test: all axes work.
+    /// Reports the result of the self-test: all axes without a fault work.
     fn test(&mut self, now: Instant) {
+        let defective = match self.motion.fault(now) {
+            Some(Fault::Axis(axis)) => Some(axis),
+            _ => None,
+        };
         let Some(power) = self.awake() else { return };
         if power
             .hardware
@@ -208,9 +213,9 @@ impl Device {
         }
         power.hardware.test_ends = None;
         let working = Working {
-            x: true,
-            y: true,
-            z: true,
+            x: defective != Some(Axis::X),
+            y: defective != Some(Axis::Y),
+            z: defective != Some(Axis::Z),
         };
         power.set_time(now);
         power.driver.tested(working);
@@ -422,6 +427,10 @@ impl Sensor for Device {
 
     fn set_motion(&mut self, motion: Box<dyn Motion>) {
         self.motion = motion;
+    }
+
+    fn memory(&mut self) -> &Flash {
+        self.store.memory()
     }
 
     fn flash(&mut self) -> &mut Flash {

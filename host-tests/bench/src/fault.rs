@@ -1,7 +1,6 @@
 //! Faults of the accelerometer, from a time on.
 
-use crate::motion::Motion;
-use plumbline::measure::{I32x3, Reading};
+use plumbline::measure::{I32x3, RANGE, Reading};
 use plumbline::time::Instant;
 use std::str::FromStr;
 
@@ -16,16 +15,76 @@ pub enum Fault {
     Stopped,
     /// All its axes measure 0 g.
     Zero,
+    /// This axis measures 0 g, and the self-test does not change it.
+    Axis(Axis),
+    /// The axis with the largest value is at the end of the range.
+    Clipping,
+}
+
+/// An axis of the accelerometer.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Axis {
+    /// The first one.
+    X,
+    /// The second one.
+    Y,
+    /// The third one.
+    Z,
 }
 
 impl Fault {
     /// All faults with their names.
-    const NAMES: [(&'static str, Self); 4] = [
+    const NAMES: [(&'static str, Self); 8] = [
         ("silent", Self::Silent),
         ("frozen", Self::Frozen),
         ("stopped", Self::Stopped),
         ("zero", Self::Zero),
+        ("axis-x", Self::Axis(Axis::X)),
+        ("axis-y", Self::Axis(Axis::Y)),
+        ("axis-z", Self::Axis(Axis::Z)),
+        ("clipping", Self::Clipping),
     ];
+
+    /// The fault with this name.
+    pub fn named(name: &str) -> Option<Self> {
+        let named = Self::NAMES.into_iter().find(|(own, _)| *own == name);
+        named.map(|(_, fault)| fault)
+    }
+
+    /// The name of the fault on command lines.
+    pub fn name(self) -> &'static str {
+        let named = Self::NAMES.into_iter().find(|(_, own)| *own == self);
+        named.map_or("", |(name, _)| name)
+    }
+
+    /// The names of all faults, as part of a sentence.
+    pub fn names() -> String {
+        let [first @ .., last] = Self::NAMES.map(|(name, _)| name);
+        format!("{} or {last}", first.join(", "))
+    }
+
+    /// The reading of an accelerometer with this fault, if it has readings.
+    pub fn of(self, reading: Reading) -> Reading {
+        let mut values = reading.acceleration.to_array();
+        let mut clipped = reading.clipped;
+        match self {
+            Self::Zero => (values, clipped) = ([0; 3], false),
+            Self::Axis(axis) => values[axis as usize] = 0,
+            Self::Clipping => {
+                clipped = true;
+                if let Some(largest) = values.iter_mut().max_by_key(|value| value.unsigned_abs()) {
+                    *largest = if *largest < 0 { -RANGE } else { RANGE };
+                }
+            }
+            Self::Silent | Self::Frozen | Self::Stopped => {}
+        }
+        let [x, y, z] = values;
+        Reading {
+            acceleration: I32x3 { x, y, z },
+            clipped,
+            ..reading
+        }
+    }
 
     /// Whether the accelerometer has no values.
     pub fn is_mute(self) -> bool {
@@ -45,7 +104,8 @@ pub struct FaultFrom {
 /// The text after `--fault` is not a fault.
 #[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
 #[error(
-    "write accelerometer=FAULT or accelerometer=FAULT@SECONDS; FAULT is silent, frozen, stopped or zero"
+    "write accelerometer=FAULT or accelerometer=FAULT@SECONDS; FAULT is {}",
+    Fault::names()
 )]
 pub struct FaultError;
 
@@ -55,8 +115,7 @@ impl FromStr for FaultFrom {
     fn from_str(text: &str) -> Result<Self, FaultError> {
         let text = text.strip_prefix("accelerometer=").ok_or(FaultError)?;
         let (name, seconds) = text.split_once('@').unwrap_or((text, "0"));
-        let named = Fault::NAMES.into_iter().find(|(own, _)| *own == name);
-        let (_, fault) = named.ok_or(FaultError)?;
+        let fault = Fault::named(name).ok_or(FaultError)?;
         let seconds: f64 = seconds.parse().map_err(|_| FaultError)?;
         if !(0.0..1e9).contains(&seconds) {
             return Err(FaultError);
@@ -65,44 +124,6 @@ impl FromStr for FaultFrom {
             fault,
             from: Instant::from_ticks((seconds * 1e6).round() as u64),
         })
-    }
-}
-
-/// A motion measured by an accelerometer with faults. At each time, the fault that began last is in force.
-pub struct Faulty<M> {
-    motion: M,
-    faults: Vec<FaultFrom>,
-}
-
-impl<M: Motion> Faulty<M> {
-    /// `motion` with these faults, in any order.
-    pub fn new(motion: M, faults: &[FaultFrom]) -> Self {
-        let mut faults = faults.to_vec();
-        faults.sort_by_key(|fault| fault.from);
-        Self { motion, faults }
-    }
-}
-
-impl<M: Motion> Motion for Faulty<M> {
-    fn reading(&mut self, now: Instant) -> Reading {
-        let reading = self.motion.reading(now);
-        if self.fault(now) != Some(Fault::Zero) {
-            return reading;
-        }
-        Reading {
-            acceleration: I32x3 { x: 0, y: 0, z: 0 },
-            clipped: false,
-            ..reading
-        }
-    }
-
-    fn supply(&mut self, now: Instant) -> u16 {
-        self.motion.supply(now)
-    }
-
-    fn fault(&self, now: Instant) -> Option<Fault> {
-        let begun = self.faults.iter().rev().find(|fault| fault.from <= now);
-        begun.map(|begun| begun.fault)
     }
 }
 
@@ -143,20 +164,20 @@ mod tests {
     }
 
     #[test]
-    fn fault_that_began_last_is_in_force() {
-        let faults = ["zero@3", "silent@2"].map(|text| {
-            let text = format!("accelerometer={text}");
-            text.parse().expect("a fault")
-        });
-        let level = crate::script::LEVEL;
-        let mut motion = Faulty::new(level, &faults);
-        let mut at = |s: u64| {
-            let now = Instant::from_ticks(s * 1_000_000);
-            (motion.fault(now), motion.reading(now).acceleration.z)
+    fn fault_changes_only_its_axis_or_reaches_the_end_of_the_range() {
+        let reading = Reading {
+            acceleration: I32x3 { x: 5, y: -7, z: 6 },
+            ..Reading::default()
         };
-        let one_g = level.acceleration.z;
-        assert_eq!(at(1), (None, one_g));
-        assert_eq!(at(2), (Some(Fault::Silent), one_g));
-        assert_eq!(at(3), (Some(Fault::Zero), 0));
+        let of = |name: &str| {
+            let reading = Fault::named(name).expect("a fault").of(reading);
+            (reading.acceleration.to_array(), reading.clipped)
+        };
+        assert_eq!(of("zero"), ([0, 0, 0], false));
+        assert_eq!(of("axis-x"), ([0, -7, 6], false));
+        assert_eq!(of("axis-y"), ([5, 0, 6], false));
+        assert_eq!(of("axis-z"), ([5, -7, 0], false));
+        assert_eq!(of("clipping"), ([5, -RANGE, 6], true));
+        assert_eq!(of("frozen"), ([5, -7, 6], false));
     }
 }

@@ -8,6 +8,7 @@
 //! - [`motion`] and [`thermal`]: the source of readings, and the heated cell around the accelerometer
 //! - [`scene`]: the motion of a virtual sensor
 //! - [`fault`]: faults of the accelerometer
+//! - [`stage`]: motion, surroundings and faults that change while a sensor runs
 //! - [`bit_rate`]: the bit rate as an option of a program
 //! - [`script`]: a node for tests of the bench itself
 //!
@@ -31,6 +32,7 @@ mod receive_pin;
 pub mod scene;
 pub mod script;
 mod sensor;
+pub mod stage;
 pub mod thermal;
 
 pub use bit_rate::bit_rate;

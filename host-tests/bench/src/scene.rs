@@ -1,9 +1,11 @@
-//! The motion of a virtual sensor: a fixed tilt, a recording in a CSV file, or a slow sway.
+//! The motion of a virtual sensor: a fixed tilt, a recording in a CSV file, a turn, an oscillation, or a slow sway.
 
+mod course;
 mod recording;
 
 use crate::motion::{Motion, NOMINAL_SUPPLY};
 use crate::{Flash, NodeType, STORE_BUFFER};
+use course::Course;
 use plumbline::measure::{I32x3, ONE_G, RANGE, Reading};
 use plumbline::node::Boot;
 use plumbline::store::Store;
@@ -97,6 +99,7 @@ pub struct Scene(Kind);
 enum Kind {
     Rest(Sample),
     Recording(Recording),
+    Course(Course, Axes),
     Sway(Axes),
 }
 
@@ -115,24 +118,7 @@ impl Scene {
     /// With two axes X and Y are the perpendicular angles; the sum of the squares of their sines cannot exceed 1. With one axis
     /// X is the angle (any; it repeats every 360 deg) and Y the cross slope of +-90 deg.
     pub fn tilt(x: f64, y: f64, axes: Axes) -> Result<Self, SceneError> {
-        let limit = match axes {
-            Axes::One => f64::INFINITY,
-            Axes::Two => 90.0,
-        };
-        if x.abs() > limit || y.abs() > 90.0 {
-            return Err(SceneError::Argument(format!(
-                "a tilt of {x},{y} is out of range: {} must be within -90 to 90 degrees",
-                match axes {
-                    Axes::One => "the cross slope Y",
-                    Axes::Two => "X and Y",
-                }
-            )));
-        }
-        up(x, y, axes).map(|up| Self(Kind::Rest(Sample::at_rest(up)))).ok_or_else(|| {
-            SceneError::Argument(format!(
-                "a tilt of {x},{y} does not exist: the squares of the sines of X and Y must not add up to more than 1"
-            ))
-        })
+        attitude(x, y, axes).map(|up| Self(Kind::Rest(Sample::at_rest(up))))
     }
 
     /// A recording: a CSV file with the columns `t_s,ax_g,ay_g,az_g[,gx_dps,gy_dps,gz_dps][,temp_c][,supply_v]`.
@@ -146,20 +132,63 @@ impl Scene {
             .map_err(SceneError::File)
     }
 
+    /// A recording whose file has this text.
+    pub fn recorded(text: &str) -> Result<Self, SceneError> {
+        Recording::of_text(text)
+            .map(|recording| Self(Kind::Recording(recording)))
+            .map_err(SceneError::File)
+    }
+
+    /// A turn from these angles (in degrees) with these rates (in deg/s), for this time (in s), then at rest. Without a time the turn
+    /// ends where the angles end.
+    pub fn turn(
+        from: (f64, f64),
+        rates: (f64, f64),
+        time: Option<f64>,
+        axes: Axes,
+    ) -> Result<Self, SceneError> {
+        Course::turn(from, rates, time, axes).map(|course| Self(Kind::Course(course, axes)))
+    }
+
+    /// An oscillation around these angles with these amplitudes (both in degrees), at this frequency in Hz.
+    pub fn sine(
+        around: (f64, f64),
+        amplitudes: (f64, f64),
+        hertz: f64,
+        axes: Axes,
+    ) -> Result<Self, SceneError> {
+        Course::sine(around, amplitudes, hertz, axes).map(|course| Self(Kind::Course(course, axes)))
+    }
+
     /// A slow sway with a little vibration; the same in every run.
     pub fn sway(axes: Axes) -> Self {
         Self(Kind::Sway(axes))
+    }
+
+    /// The angles in degrees that the force has at this time.
+    pub fn angles(&self, now: Instant, axes: Axes) -> (f64, f64) {
+        let [x, y, z] = self.sample(now).force;
+        let (x, y) = match axes {
+            Axes::One => (x.atan2(y), z.atan2(x.hypot(y))),
+            Axes::Two => ((-x).atan2(y.hypot(z)), y.atan2(x.hypot(z))),
+        };
+        (x.to_degrees(), y.to_degrees())
+    }
+
+    fn sample(&self, now: Instant) -> Sample {
+        let seconds = now.ticks() as f64 / 1e6;
+        match &self.0 {
+            Kind::Rest(sample) => *sample,
+            Kind::Recording(recording) => recording.at(seconds),
+            Kind::Course(course, axes) => moving(seconds, |at| course.angles(at), *axes),
+            Kind::Sway(axes) => sway(seconds, *axes),
+        }
     }
 }
 
 impl Motion for Scene {
     fn reading(&mut self, now: Instant) -> Reading {
-        let seconds = now.ticks() as f64 / 1e6;
-        match &mut self.0 {
-            Kind::Rest(sample) => sample.reading(),
-            Kind::Recording(recording) => recording.at(seconds).reading(),
-            Kind::Sway(axes) => sway(seconds, *axes).reading(),
-        }
+        self.sample(now).reading()
     }
 
     fn supply(&mut self, now: Instant) -> u16 {
@@ -169,7 +198,7 @@ impl Motion for Scene {
                 // A cast saturates, at 65.5 V.
                 (volts * 1000.0).round() as u16
             }
-            Kind::Rest(_) | Kind::Sway(_) => NOMINAL_SUPPLY,
+            Kind::Rest(_) | Kind::Course(..) | Kind::Sway(_) => NOMINAL_SUPPLY,
         }
     }
 }
@@ -223,6 +252,28 @@ impl Sample {
     }
 }
 
+/// The up vector (length 1) at these angles in degrees, or why there is none.
+fn attitude(x: f64, y: f64, axes: Axes) -> Result<[f64; 3], SceneError> {
+    let limit = match axes {
+        Axes::One => f64::INFINITY,
+        Axes::Two => 90.0,
+    };
+    if x.abs() > limit || y.abs() > 90.0 {
+        return Err(SceneError::Argument(format!(
+            "a tilt of {x},{y} is out of range: {} must be within -90 to 90 degrees",
+            match axes {
+                Axes::One => "the cross slope Y",
+                Axes::Two => "X and Y",
+            }
+        )));
+    }
+    up(x, y, axes).ok_or_else(|| {
+        SceneError::Argument(format!(
+            "a tilt of {x},{y} does not exist: the squares of the sines of X and Y must not add up to more than 1"
+        ))
+    })
+}
+
 /// The up vector (length 1) at these angles in degrees; None for impossible angles.
 fn up(x: f64, y: f64, axes: Axes) -> Option<[f64; 3]> {
     let (x, y) = (x.to_radians(), y.to_radians());
@@ -239,13 +290,30 @@ fn up(x: f64, y: f64, axes: Axes) -> Option<[f64; 3]> {
 
 /// Sways by several degrees within tens of seconds, like a boom, with a vibration of a few mg.
 fn sway(seconds: f64, axes: Axes) -> Sample {
-    let wave = |period: f64| (TAU * seconds / period).sin();
-    let attitude = |seconds: f64| {
-        let wave = |period: f64| (TAU * seconds / period).sin();
-        let (x, y) = match axes {
+    let wave = |seconds: f64, period: f64| (TAU * seconds / period).sin();
+    let angles = |seconds: f64| {
+        let wave = |period: f64| wave(seconds, period);
+        match axes {
             Axes::One => (30.0 * wave(24.0), 1.5 * wave(11.0)),
             Axes::Two => (8.0 * wave(20.0), 5.0 * wave(13.0)),
-        };
+        }
+    };
+    let still = moving(seconds, angles, axes);
+    let vibration = [
+        0.003 * wave(seconds, 1.0 / 17.3),
+        0.003 * wave(seconds, 1.0 / 23.9),
+        0.002 * wave(seconds, 1.0 / 31.1),
+    ];
+    Sample {
+        force: [0, 1, 2].map(|i| still.force[i] + vibration[i]),
+        ..still
+    }
+}
+
+/// The sample of a sensor whose angles change with the time.
+fn moving(seconds: f64, angles: impl Fn(f64) -> (f64, f64), axes: Axes) -> Sample {
+    let attitude = |seconds: f64| {
+        let (x, y) = angles(seconds);
         up(x, y, axes).unwrap_or([0.0, 0.0, 1.0])
     };
     let step = 1e-3;
@@ -257,17 +325,9 @@ fn sway(seconds: f64, axes: Axes) -> Sample {
     // The up vector u is constant in the world, so in the sensor frame du/dt = u x w; without a rotation about u itself the rate
     // is w = du/dt x u.
     let change = [0, 1, 2].map(|i| (after[i] - before[i]) / (2.0 * step));
-    let rate = cross(change, now).map(f64::to_degrees);
-    let vibration = [
-        0.003 * wave(1.0 / 17.3),
-        0.003 * wave(1.0 / 23.9),
-        0.002 * wave(1.0 / 31.1),
-    ];
     Sample {
-        force: [0, 1, 2].map(|i| now[i] + vibration[i]),
-        rate,
-        temperature: Sample::ROOM,
-        supply: Sample::SUPPLY,
+        rate: cross(change, now).map(f64::to_degrees),
+        ..Sample::at_rest(now)
     }
 }
 

@@ -105,6 +105,9 @@ pub trait Sensor: Any {
     /// Replaces the motion of the sensor from now on.
     fn set_motion(&mut self, motion: Box<dyn Motion>);
 
-    /// The nonvolatile memory, to read it or to cause faults.
+    /// The nonvolatile memory, to read it.
+    fn memory(&mut self) -> &Flash;
+
+    /// The nonvolatile memory, to change it or to cause faults.
     fn flash(&mut self) -> &mut Flash;
 }

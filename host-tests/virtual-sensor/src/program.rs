@@ -1,9 +1,10 @@
 //! The program `virtual-sensor`: one sensor on a simulated bus that clients reach over slcan.
 
 use crate::server::{Clock, Log, RunError, Server, StatusLine, tcp};
-use bench::fault::{FaultFrom, Faulty};
+use bench::fault::FaultFrom;
 use bench::file::Unread;
 use bench::scene::{Axes, Scene, SceneArgument, SceneError};
+use bench::stage::Stage;
 use bench::{Bus, BusRate, Device, Flash, Geometry, NodeType};
 use clap::Parser;
 use clap::builder::PossibleValuesParser;
@@ -71,7 +72,8 @@ pub struct Options {
     scene: Option<SceneArgument>,
 
     /// A fault of the accelerometer: silent (it does not answer), stopped (it answers without values), frozen (its values do not
-    /// change) or zero (0 g in all axes); SECONDS after the start, or from power-up. Repeatable: the one that began last counts
+    /// change), zero (0 g in all axes), axis-x, axis-y, axis-z (0 g in this axis, also in the self-test) or clipping (an axis at
+    /// the end of the range); SECONDS after the start, or from power-up. Repeatable: the one that began last counts
     #[arg(long, value_name = "accelerometer=FAULT[@SECONDS]")]
     fault: Vec<FaultFrom>,
 
@@ -163,7 +165,7 @@ pub fn run_with(product: &'static Product, options: &Options) -> Result<(), Fail
     let address = listener.local_addr().map_err(cannot("listen"))?;
 
     let mut bus = Bus::new(options.bus_rate.map_or(BusRate::Follow, BusRate::Fixed));
-    let motion = Box::new(Faulty::new(scene, &options.fault));
+    let motion = Box::new(Stage::new(scene, &options.fault));
     let sensor = match image {
         Some(image) => {
             let mut microcontroller =

@@ -43,6 +43,12 @@ impl Recording {
             .map_err(|Mistake { line, what }| format!("{name}:{line}: {what}"))
     }
 
+    /// Reads the text of a file; an error is one sentence that names the line.
+    pub(super) fn of_text(text: &str) -> Result<Self, String> {
+        Self::parse(text.as_bytes())
+            .map_err(|Mistake { line, what }| format!("line {line}: {what}"))
+    }
+
     fn parse(bytes: &[u8]) -> Result<Self, Mistake> {
         let mut lines = bytes
             .split(|byte| *byte == b'\n')

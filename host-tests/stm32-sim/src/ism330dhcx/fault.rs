@@ -36,8 +36,9 @@ impl Fault {
             Some(bench::fault::Fault::Silent) => Self::Silent(super::NOTHING),
             Some(bench::fault::Fault::Frozen) => Self::Frozen,
             Some(bench::fault::Fault::Stopped) => Self::Stopped,
+            Some(bench::fault::Fault::Axis(axis)) => Self::Stuck(axis as usize, 0),
             // The readings of the motion have it.
-            Some(bench::fault::Fault::Zero) | None => Self::None,
+            Some(bench::fault::Fault::Zero | bench::fault::Fault::Clipping) | None => Self::None,
         }
     }
 }

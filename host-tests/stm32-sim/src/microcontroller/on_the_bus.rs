@@ -174,6 +174,10 @@ impl Sensor for Microcontroller {
         }
     }
 
+    fn memory(&mut self) -> &Flash {
+        self.io.flash.parameters()
+    }
+
     fn flash(&mut self) -> &mut Flash {
         self.parameters_touched = true;
         self.io.flash.parameters_mut()

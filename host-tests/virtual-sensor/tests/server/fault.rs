@@ -51,7 +51,7 @@ fn poll(client: &mut Client<TcpStream>, ms: u64) -> (String, String) {
 
 #[test]
 fn wrong_fault_lists_valid_values() {
-    let values = "silent, frozen, stopped or zero";
+    let values = "silent, frozen, stopped, zero, axis-x, axis-y, axis-z or clipping";
     for fault in [
         "accelerometer",
         "accelerometer=dead",
@@ -98,5 +98,27 @@ fn frozen_accelerometer_is_a_fault_and_zero_measures_0_g() {
         boots(&mut client);
         assert_eq!(poll(&mut client, 500).0, GOOD);
         assert_eq!(poll(&mut client, 2000).0, FAULTY);
+    }
+}
+
+#[test]
+fn axis_without_signal_and_clipping_axis_are_faults() {
+    // At these angles the other axes measure less than 0.6 g.
+    for (fault, tilt) in [
+        ("axis-y", "tilt=10,75"),
+        ("axis-z", "tilt=3,4"),
+        ("clipping", "tilt=3,4"),
+    ] {
+        let scene = ["--scene", tilt];
+        let fault = ["--fault", &format!("accelerometer={fault}@1")];
+        let image = image("is2");
+        for own in [vec![], vec!["--elf", text(&image)]] {
+            let arguments = [&["--clock", "client"], &scene[..], &fault, &own].concat();
+            let sensor = Sensor::start(&arguments);
+            let mut client = Client::open(&sensor);
+            assert_eq!(boots(&mut client), GOOD, "{arguments:?}");
+            assert_eq!(poll(&mut client, 500).0, GOOD, "{arguments:?}");
+            assert_ne!(poll(&mut client, 2500).0, GOOD, "{arguments:?}");
+        }
     }
 }
