@@ -13,7 +13,7 @@
 //! ```
 
 pub use super::listing::{
-    Adjustment, Article, Guide, Product, Protocol, Resolution, Settings, Written,
+    Adjustment, Article, Guide, Offset, Product, Protocol, Resolution, Settings, Switch, Written,
 };
 
 /// All products of this crate, in the order in which tools list them.

@@ -104,6 +104,8 @@ const LISTINGS: &[Mistake] = &[
     ("parameters: &[LIMIT]", "parameters: &[ParameterId(9)]", LISTING, None, "resolution: the table has no parameter 9"),
     ("values: &[SLOPE]", "values: &[ValueId(2)]", LISTING, None, "resolution: the application has no quantity 2"),
     ("(LIMIT, Written::Nothing)", "(ParameterId(9), Written::Nothing)", LISTING, None, "zero 0: the table has no parameter 9"),
+    ("Written::Nothing)])", "Written::Nothing)]).with_offset(listing::Offset { angle: ValueId(2), parameter: LIMIT, switch: None })", LISTING, None, "zero 0: the application has no quantity 2"),
+    ("Written::Nothing)])", "Written::Nothing)]).with_offset(listing::Offset { angle: SLOPE, parameter: ParameterId(9), switch: None })", LISTING, None, "zero 0: the table has no parameter 9"),
     ("new(\"x\"", "new(\"X\"", LISTING, None, "zero 0: the axis is `x`, `y` or empty"),
     ("teach: &[]", "teach: &[Adjustment { absent_if: Some((ParameterId(9), 0)), ..Adjustment::new(\"\", &[]) }]", LISTING, None, "teach 0: the table has no parameter 9"),
 ];

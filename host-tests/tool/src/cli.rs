@@ -189,6 +189,12 @@ pub enum Command {
         #[arg(long)]
         exit_code: bool,
     },
+    /// Make the offset of the mounting zero: reads the angles at rest, asks to turn the sensor by 180 deg, reads again; the mean is the offset
+    Align {
+        /// Store it afterwards
+        #[arg(long)]
+        save: bool,
+    },
     /// Show the angles
     Watch {
         /// Other values than the angles, by the names of `parameters`
@@ -399,7 +405,7 @@ fn unused(command: &str) -> &'static [&'static str] {
         "node-id" => &["id", "mac", "address", "eds"],
         "mac" => &["id", "node", "address", "eds"],
         "address" => &["id", "node", "mac", "eds"],
-        "rate" | "zero" | "teach" => &["eds"],
+        "rate" | "zero" | "teach" | "align" => &["eds"],
         _ => &[],
     }
 }

@@ -42,6 +42,9 @@ texts! {
         Tpdo(number: u16) = "TPDO {number} of the operational node is on, although no message of it is received now, and other devices can need it. Change it until the command ends?",
             "TPDO {number} des Knotens in Betrieb ist ein, obwohl jetzt keine Nachricht von ihm kommt, und andere Geräte können es brauchen. Es ändern, bis der Befehl endet?";
         #[serde(skip)]
+        Turn(angles: String) = "{angles}. Turn the sensor by 180 deg about the vertical axis, on the same place. Is it turned and at rest?",
+            "{angles}. Drehen Sie den Sensor um 180 Grad um die senkrechte Achse, auf derselben Stelle. Ist er gedreht und in Ruhe?";
+        #[serde(skip)]
         Overwrite(path: String) = "{path} exists. Replace it?", "{path} gibt es schon. Ersetzen?";
         #[serde(skip)]
         Calibrate(question: host::Question) = "{question}", "{question}";
@@ -72,6 +75,7 @@ texts! {
     /// A change of the sensor that needs a yes.
     Change {
         Zero = "Make the present position zero", "Die jetzige Lage zu Null machen";
+        Align = "Make the offset of the mounting zero", "Den Versatz der Montage zu Null machen";
         Teach = "Make the present position the reference frame", "Die jetzige Lage zum Bezugssystem machen";
         LoadFactory = "Load the factory values", "Die Werkswerte laden";
         LoadFactoryAndRestart(address: String, rate: &'static str) = "Load the factory values and restart the sensor (it then has {address} and {rate}; the other devices on the bus must have the same rate)",
@@ -127,7 +131,7 @@ impl Change {
     /// The name for `--yes`.
     pub const fn name(&self) -> Name {
         match self {
-            Self::Zero => Name::Zero,
+            Self::Zero | Self::Align => Name::Zero,
             Self::Teach => Name::Teach,
             Self::LoadFactory | Self::LoadFactoryAndRestart(..) => Name::LoadFactory,
             Self::Rate(_) => Name::Rate,
@@ -152,7 +156,7 @@ impl Question {
             Self::Change { change, .. } => change.name(),
             Self::Period(_) | Self::Tpdo(_) => Name::Cyclic,
             Self::Overwrite(_) => Name::Overwrite,
-            Self::WhichProduct { .. } | Self::Calibrate(_) => return None,
+            Self::WhichProduct { .. } | Self::Turn(_) | Self::Calibrate(_) => return None,
         })
     }
 }

@@ -5,7 +5,7 @@ use super::parameters::{BAUD_RATES, id};
 use crate::application::Faults;
 use crate::fsc::table::{Access, Field, Function, LedTable, Operation, Roles, Source};
 use crate::fsc::{Condition, StatusBit};
-use crate::model::listing::{Adjustment, Guide, Written};
+use crate::model::listing::{Adjustment, Guide, Offset, Written};
 use crate::node::{ErrorPatterns, Pattern};
 use crate::param::{DataType, ParameterId, Quantity, ValueId};
 
@@ -185,8 +185,18 @@ const fn guide(
     }
 }
 
-const ZERO_X: Adjustment = Adjustment::new("x", &[(id::ZERO_X, Written::Nothing)]);
-const ZERO_Y: Adjustment = Adjustment::new("y", &[(id::ZERO_Y, Written::Nothing)]);
+const ZERO_X: Adjustment =
+    Adjustment::new("x", &[(id::ZERO_X, Written::Nothing)]).with_offset(Offset {
+        angle: ANGLE_X,
+        parameter: id::ZERO_X,
+        switch: None,
+    });
+const ZERO_Y: Adjustment =
+    Adjustment::new("y", &[(id::ZERO_Y, Written::Nothing)]).with_offset(Offset {
+        angle: ANGLE_Y,
+        parameter: id::ZERO_Y,
+        switch: None,
+    });
 
 /// The guide for a 1-axis sensor.
 pub(super) const GUIDE_ONE_AXIS: Guide = guide(

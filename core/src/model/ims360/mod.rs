@@ -25,7 +25,7 @@ use crate::canopen::emcy::{self, Cause, FaultBit, fault};
 use crate::canopen::nmt;
 use crate::canopen::{self, Block, DynamicTpdos, Lss, Present, Scope, Taken, Triggers};
 use crate::model::dual::DualNode;
-use crate::model::listing::{self, Adjustment, Article, Guide, Written};
+use crate::model::listing::{self, Adjustment, Article, Guide, Offset, Written};
 use crate::param::{ParameterId, Parameters};
 use crate::store::ImageId;
 use crate::store::unit::NAME;
@@ -62,13 +62,23 @@ const GUIDE: Guide = Guide {
         Adjustment::new(
             "x",
             &[(id::AUTO_ZERO, Written::Number(application::ZERO_X))],
-        ),
+        )
+        .with_offset(Offset {
+            angle: value::X,
+            parameter: id::ZERO_X,
+            switch: None,
+        }),
         Adjustment {
             absent_if: Some((id::DEVICE_TYPE, parameters::ONE_AXIS_TYPE)),
             ..Adjustment::new(
                 "y",
                 &[(id::AUTO_ZERO, Written::Number(application::ZERO_Y))],
             )
+            .with_offset(Offset {
+                angle: value::Y,
+                parameter: id::ZERO_Y,
+                switch: None,
+            })
         },
     ],
     ..Guide::NONE

@@ -62,7 +62,11 @@ impl Guide {
             each!(id in resolution.values => { has_quantity(mistake, quantities, *id) });
         }
         each!(place, adjustment in self.zero => {
-            adjustment.check(Mistake::row("zero", place), parameters);
+            let mistake = Mistake::row("zero", place);
+            adjustment.check(mistake, parameters);
+            if let Some(offset) = &adjustment.offset {
+                has_quantity(mistake, quantities, offset.angle);
+            }
         });
         each!(place, adjustment in self.teach => {
             adjustment.check(Mistake::row("teach", place), parameters);
@@ -90,6 +94,8 @@ pub struct Adjustment {
     pub writes: &'static [(ParameterId, Written)],
     /// The axis does not exist while this parameter has this value.
     pub absent_if: Option<(ParameterId, u32)>,
+    /// The offset with which a tool moves the zero point by a number; None: only the present position can become zero.
+    pub offset: Option<Offset>,
 }
 
 impl Adjustment {
@@ -99,6 +105,15 @@ impl Adjustment {
             axis,
             writes,
             absent_if: None,
+            offset: None,
+        }
+    }
+
+    /// The same with an offset.
+    pub const fn with_offset(self, offset: Offset) -> Self {
+        Self {
+            offset: Some(offset),
+            ..self
         }
     }
 
@@ -112,7 +127,36 @@ impl Adjustment {
         if let Some((id, _)) = self.absent_if {
             exists(mistake, parameters, id);
         }
+        if let Some(offset) = &self.offset {
+            exists(mistake, parameters, offset.parameter);
+            if let Some(switch) = &offset.switch {
+                exists(mistake, parameters, switch.other);
+                exists(mistake, parameters, switch.parameter);
+            }
+        }
     }
+}
+
+/// A parameter that is added to an angle and has its unit.
+#[derive(Clone, Copy, Debug)]
+pub struct Offset {
+    /// The angle.
+    pub angle: ValueId,
+    /// The parameter.
+    pub parameter: ParameterId,
+    /// What switches the offset on; None: it always acts.
+    pub switch: Option<Switch>,
+}
+
+/// A parameter that switches two offsets of an angle on.
+#[derive(Clone, Copy, Debug)]
+pub struct Switch {
+    /// The second offset.
+    pub other: ParameterId,
+    /// The parameter with the bits.
+    pub parameter: ParameterId,
+    /// The bits; the offsets act while all of them are set.
+    pub bits: u32,
 }
 
 /// What is written to a parameter.

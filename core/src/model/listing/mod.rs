@@ -14,7 +14,7 @@ mod start;
 #[cfg(not(target_os = "none"))]
 pub use start::PowerUp;
 
-pub use guide::{Adjustment, Guide, Resolution, Written};
+pub use guide::{Adjustment, Guide, Offset, Resolution, Switch, Written};
 
 use crate::application::Application;
 use crate::heater;

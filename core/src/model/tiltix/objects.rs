@@ -4,7 +4,7 @@ use super::application::value;
 use super::parameters::{BIT_RATES, IN_RESOLUTION, SCALING, id};
 use crate::application::Application;
 use crate::devicenet::{Assembly, Attribute, Identity, Object, Roles, Source};
-use crate::model::listing::{Adjustment, Guide, Resolution, Written};
+use crate::model::listing::{Adjustment, Guide, Offset, Resolution, Switch, Written};
 use crate::param::{DataType, ParameterId, Table, ValueId};
 use crate::walk::at;
 
@@ -175,8 +175,21 @@ const fn zero(axis: usize) -> [(ParameterId, Written); 5] {
     ]
 }
 
-const ZERO_X: Adjustment = Adjustment::new("x", &zero(0));
-const ZERO_Y: Adjustment = Adjustment::new("y", &zero(1));
+/// The preset changes the first offset of an angle, so a tool changes the second one, the differential offset.
+const fn offset(axis: usize) -> Offset {
+    Offset {
+        angle: *at(&value::SLOPE, axis),
+        parameter: *at(&id::DIFFERENTIAL, axis),
+        switch: Some(Switch {
+            other: *at(&id::OFFSET, axis),
+            parameter: *at(&id::OPERATING, axis),
+            bits: SCALING,
+        }),
+    }
+}
+
+const ZERO_X: Adjustment = Adjustment::new("x", &zero(0)).with_offset(offset(0));
+const ZERO_Y: Adjustment = Adjustment::new("y", &zero(1)).with_offset(offset(1));
 
 const fn guide(angles: &'static [ValueId], zero: &'static [Adjustment]) -> Guide {
     Guide {

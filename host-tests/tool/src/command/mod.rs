@@ -26,7 +26,7 @@ use crate::labels::Labels;
 use crate::last::{self, Last};
 use crate::link::Link;
 use crate::note::Note;
-use crate::ops::{self, Request};
+use crate::ops::{self, Report, Request};
 use crate::output::Terminal;
 use crate::question::{Name, Question};
 use crate::scan;
@@ -244,6 +244,12 @@ fn on_bus(cli: &Cli, bus: &mut Bus, terminal: &mut Terminal) -> Result<(), Error
             let from = file::read(session, file)?;
             ops::restore::diff(session, from, *exit_code, terminal)
         }),
+        Command::Align { save } => {
+            let report = bus.with_found(terminal, |session, found, terminal| {
+                ops::align::align(session, found, *save, terminal)
+            })?;
+            terminal.report(&Report::Aligned(report))
+        }
         Command::Watch {
             names,
             every,

@@ -97,6 +97,10 @@ errors! {
             "{product} hat {rate} nicht; es hat {rates}";
         NotConfirmed(sensor: String, name: String): Usage "not-confirmed" = "nothing has changed ({sensor}): --yes={name} answers the question",
             "nichts hat sich geändert ({sensor}): Die Frage {name} wurde nicht bestätigt";
+        NotTurned(sensor: String): Usage "not-confirmed" = "nothing has changed ({sensor}): the sensor must be turned, so only a user can answer the question",
+            "nichts hat sich geändert ({sensor}): Der Sensor muss gedreht werden, deshalb kann nur ein Benutzer die Frage beantworten";
+        NoOffset(product: &'static str): Usage "not-offered" = "{product} has no zero offset as a number, only the present position can become zero: bring it into the position that is to be zero, then `plumbline zero`",
+            "{product} hat keinen Nullpunkt als Zahl, nur die jetzige Lage kann Null werden: Bringen Sie es in diese Lage, und nullen Sie dort";
         PeriodNotConfirmed(own: u32): Usage "not-confirmed" = "nothing has changed: --every {own} keeps the period, --yes=cyclic answers the question",
             "nichts hat sich geändert: --every {own} behält die Periode, --yes=cyclic beantwortet die Frage";
         TpdoNotConfirmed: Usage "not-confirmed" = "nothing has changed: --yes=cyclic answers the question",

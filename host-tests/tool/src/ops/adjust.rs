@@ -157,7 +157,7 @@ fn not_taken(failure: Error) -> Error {
 }
 
 /// The adjustments of the wanted axis, or of all axes that the sensor has.
-fn chosen(
+pub(crate) fn chosen(
     session: &mut Session,
     what: What,
     adjustments: &'static [Adjustment],

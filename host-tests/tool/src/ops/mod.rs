@@ -2,6 +2,7 @@
 
 pub(crate) mod address;
 pub(crate) mod adjust;
+pub(crate) mod align;
 pub(crate) mod backup;
 mod factory;
 pub(crate) mod get;

@@ -1,6 +1,7 @@
 //! What an operation has done: a document for programs, and lines for people.
 
 use super::adjust::What;
+use super::align::Aligned;
 use super::identity::Told;
 use crate::cli::NewRate;
 use crate::master::j1939::address::Shown as Address;
@@ -124,6 +125,8 @@ pub enum Report {
     },
     /// The identity of the sensor.
     Identity(Box<Told>),
+    /// The offset of the mounting is zero.
+    Aligned(Aligned),
 }
 
 /// The angles after the present position has become a reference.
@@ -168,6 +171,7 @@ impl Report {
                 vec![bytes.join(" ")]
             }
             Self::Identity(told) => told.lines(),
+            Self::Aligned(aligned) => aligned.lines(),
         }
     }
 }

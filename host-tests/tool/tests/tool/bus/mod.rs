@@ -1,6 +1,7 @@
 //! The commands against every product, in the virtual time of the simulated bus.
 
 mod adjust;
+mod align;
 mod bit_rate;
 #[cfg(unix)]
 mod calibrate;

@@ -1,0 +1,199 @@
+//! `align`: the offset of the mounting by the reversal.
+
+use super::rig::{Ended, Rig};
+use bench::Bus;
+use bench::motion::Motion;
+use plumbline::measure::{I32x3, ONE_G, Reading};
+use serde_json::Value;
+use std::rc::Rc;
+
+/// A sensor that is mounted with an offset of X = 1 deg and Y = -0.5 deg, on a surface with X = 2 deg and Y = 1.5 deg, or turned there.
+fn mounted(is_turned: bool) -> Box<dyn Motion> {
+    let sign = if is_turned { -1.0 } else { 1.0 };
+    tilt(1.0 + sign * 2.0, -0.5 + sign * 1.5)
+}
+
+/// These perpendicular angles of a GEMAC sensor.
+fn tilt(x: f64, y: f64) -> Box<dyn Motion> {
+    let (gx, gy) = (x.to_radians().sin(), y.to_radians().sin());
+    let up = [-gx, gy, (1.0 - gx * gx - gy * gy).sqrt()];
+    let [x, y, z] = up.map(|part| (part * f64::from(ONE_G)).round() as i32);
+    Box::new(Reading {
+        acceleration: I32x3 { x, y, z },
+        temperature: 25_00,
+        ..Reading::default()
+    })
+}
+
+/// An angle of 0..360 deg about the Z axis of a sensor with one axis.
+fn turned_about_z(degrees: f64) -> Box<dyn Motion> {
+    let (sin, cos) = degrees.to_radians().sin_cos();
+    let part = |part: f64| (part * f64::from(ONE_G)).round() as i32;
+    Box::new(Reading {
+        acceleration: I32x3 {
+            x: part(sin),
+            y: part(cos),
+            z: 0,
+        },
+        temperature: 25_00,
+        ..Reading::default()
+    })
+}
+
+/// A sensor in its first position.
+fn placed(product: &str, first: Box<dyn Motion>) -> Rig {
+    let mut rig = Rig::with(product);
+    let id = rig.first();
+    rig.bus.borrow_mut().device_mut(id).set_motion(first);
+    rig.run(3000);
+    rig
+}
+
+/// Runs the tool, and turns the sensor in the second measurement: it begins about 4 s after the command.
+fn turned(rig: &mut Rig, arguments: &str, motion: fn() -> Box<dyn Motion>) -> Ended {
+    let (id, at) = (rig.first(), rig.later(6500));
+    let turn = move |bus: &mut Bus| bus.device_mut(id).set_motion(motion());
+    rig.events.push((at, Rc::new(turn)));
+    rig.tool(arguments)
+}
+
+/// The same, which must succeed; its document.
+#[track_caller]
+fn aligned(rig: &mut Rig, motion: fn() -> Box<dyn Motion>) -> Value {
+    let ended = turned(rig, "--json align --save", motion);
+    assert_eq!(ended.code, 0, "{ended:?}");
+    serde_json::from_str(&ended.out).expect("a document")
+}
+
+fn number(document: &Value, name: &str) -> f64 {
+    document[name]["value"].as_f64().expect("a number")
+}
+
+#[test]
+fn align_of_every_product_makes_the_offset_of_the_mounting_zero() {
+    for (product, [x, y]) in [
+        ("is2", ["angle-x", "angle-y"]),
+        ("is2dm", ["angle-x", "angle-y"]),
+        ("ims360", ["slope-long32", "slope-lateral32"]),
+        ("tiltix080", ["slope-long16", "slope-lateral16"]),
+    ] {
+        let mut rig = placed(product, mounted(false));
+        let first = rig.json(&format!("get {x} {y}"));
+        let report = aligned(&mut rig, || mounted(true));
+        let angles = report["angles"].as_array().expect("angles");
+        let [x_angle, y_angle] = &angles[..] else {
+            panic!("{product}: {report}");
+        };
+        for (angle, name) in [(x_angle, x), (y_angle, y)] {
+            assert_eq!(angle["name"], name);
+            let first = number(&first, name);
+            let wrong = (angle["first"].as_f64().unwrap() - first).abs();
+            assert!(wrong < 0.06, "{product}: {report}");
+            let spread = angle["spread"].as_f64().unwrap();
+            assert!(spread < 0.1, "{product}: {report}");
+        }
+        // After the turn, without the offset, each angle is the negative inclination of the surface. It is kept at power-off.
+        rig.run(3000);
+        rig.power_cycle(rig.first());
+        let now = rig.json(&format!("get {x} {y}"));
+        for (angle, name) in [(x_angle, x), (y_angle, y)] {
+            let surface = angle["surface"].as_f64().unwrap();
+            assert!(surface.abs() > 1.4, "{product}: {report}");
+            let sum = surface + number(&now, name);
+            assert!(sum.abs() < 0.06, "{product} {name}: {now} {report}");
+        }
+    }
+}
+
+#[test]
+fn align_of_a_full_turn_counts_over_0_deg() {
+    for (product, name) in [("is1", "angle"), ("tiltix360", "slope-long16")] {
+        let mut rig = placed(product, turned_about_z(2.0));
+        let report = aligned(&mut rig, || turned_about_z(359.0));
+        let angle = &report["angles"][0];
+        let mounting = angle["mounting"].as_f64().unwrap();
+        assert!((mounting.abs() - 0.5).abs() < 0.06, "{product}: {report}");
+        let surface = angle["surface"].as_f64().unwrap();
+        assert!((surface.abs() - 1.5).abs() < 0.06, "{product}: {report}");
+        let now = number(&rig.json(&format!("get {name}")), name);
+        let wrong = (now + surface + 180.0).rem_euclid(360.0) - 180.0;
+        assert!(wrong.abs() < 0.06, "{product}: {now}, {report}");
+    }
+}
+
+#[test]
+fn align_of_an_aligned_sensor_keeps_its_offset() {
+    for (product, offset) in [
+        ("is2", "zero-x"),
+        ("ims360", "zero-x"),
+        ("tiltix080", "differential-slope-long16-offset"),
+    ] {
+        let mut rig = placed(product, mounted(false));
+        aligned(&mut rig, || mounted(true));
+        let first = number(&rig.json(&format!("get {offset}")), offset);
+        assert!(first.abs() > 0.9, "{product}: {first}");
+        aligned(&mut rig, || mounted(false));
+        let second = number(&rig.json(&format!("get {offset}")), offset);
+        assert!((first - second).abs() < 0.06, "{product}: {first} {second}");
+    }
+}
+
+#[test]
+fn offset_of_a_preset_counts_when_scaling_is_switched_on() {
+    let mut rig = placed("tiltix080", mounted(false));
+    rig.done("set slope-long16-preset-value=10deg");
+    rig.done("set slope-long16-preset-enable=on");
+    rig.done("set slope-long16-preset-enable=off");
+    let report = aligned(&mut rig, || mounted(true));
+    let surface = report["angles"][0]["surface"].as_f64().unwrap();
+    let now = number(&rig.json("get slope-long16"), "slope-long16");
+    assert!((now + surface).abs() < 0.06, "{now}: {report}");
+}
+
+#[test]
+fn align_changes_nothing_without_a_turn_or_a_yes() {
+    for yes_to in ["Turn the sensor", "nothing"] {
+        let mut rig = placed("is2", mounted(false));
+        rig.yes_to = Some(yes_to);
+        let ended = turned(&mut rig, "align", || mounted(true));
+        assert_eq!(ended.code, 2, "{ended:?}");
+        assert!(ended.notes.contains("nothing has changed"), "{ended:?}");
+        assert_eq!(number(&rig.json("get zero-x"), "zero-x"), 0.0);
+    }
+    // The question whether the sensor is turned has no other answer than that of a user.
+    let mut rig = placed("is2", mounted(false));
+    rig.says_yes = false;
+    assert_eq!(rig.fails("align --yes"), (2, "not-confirmed".to_owned()));
+    assert!(rig.questions[0].contains("spread"), "{:?}", rig.questions);
+}
+
+#[test]
+fn align_refuses_motion_and_a_sensor_without_an_offset() {
+    let mut rig = Rig::with("jn2101");
+    assert_eq!(rig.fails("align"), (2, "not-offered".to_owned()));
+    assert!(rig.questions.is_empty());
+    let mut rig = Rig::with("is2");
+    let id = rig.first();
+    for step in 0..200 {
+        let sways = move |bus: &mut Bus| {
+            bus.device_mut(id)
+                .set_motion(tilt(f64::from(step % 2), 0.0));
+        };
+        let at = rig.later(step * 700);
+        rig.events.push((at, Rc::new(sways)));
+    }
+    let ended = rig.tool("align");
+    assert_eq!(ended.code, 1, "{ended:?}");
+    assert!(ended.notes.contains("not at rest for 60 s"), "{ended:?}");
+    assert!(rig.questions.is_empty());
+}
+
+#[test]
+fn align_ends_if_the_adapter_or_the_sensor_is_gone() {
+    let mut rig = Rig::with("is2");
+    rig.cut = Some(40);
+    assert_eq!(rig.tool("align").code, 4);
+    let mut rig = Rig::with("is2");
+    rig.deaf = Some((rig.later(2000), rig.later(600_000)));
+    assert_eq!(rig.fails("align"), (3, "no-answer".to_owned()));
+}
