@@ -162,6 +162,9 @@ impl Sensor for Firmware {
         None
     }
     fn set_motion(&mut self, _: Box<dyn Motion>) {}
+    fn memory(&mut self) -> &Flash {
+        &self.flash
+    }
     fn flash(&mut self) -> &mut Flash {
         &mut self.flash
     }
