@@ -1,6 +1,7 @@
 //! The command line.
 
-use crate::decode::filter::Term;
+pub mod frames;
+
 use crate::known::{known, parameters, products, rates, text};
 use crate::master::Addresses;
 use crate::ops::Request;
@@ -92,20 +93,6 @@ impl Axis {
             Self::Y => "y",
         }
     }
-}
-
-/// Which frames are shown.
-#[derive(Clone, Debug, Default, Args)]
-pub struct Shown {
-    /// Only frames with this identifier (181, 18EEFF80), with an identifier under a mask (181:7F0; 181~7F0: all others), or with these words in their meaning (heartbeat, "canopen 10", is2); one of several is sufficient. With --id, --node, --mac or --address only those of this sensor
-    #[arg(long = "filter", value_name = "TERM", value_delimiter = ',')]
-    pub terms: Vec<Term>,
-    /// Show a list by identifier: count, mean period, newest data and meaning. On a terminal `log` renews it; otherwise it is printed at the end
-    #[arg(long)]
-    pub by_id: bool,
-    /// A CAN database (DBC) of other devices on the bus; it can be given several times
-    #[arg(long = "dbc", value_name = "FILE")]
-    pub databases: Vec<PathBuf>,
 }
 
 /// A bit rate for a sensor.
@@ -236,7 +223,7 @@ pub enum Command {
         decode: bool,
         /// Which frames
         #[command(flatten)]
-        filter: Shown,
+        filter: frames::Shown,
         /// End after this time
         #[arg(long, value_name = "S", allow_negative_numbers = true)]
         seconds: Option<f64>,
@@ -247,8 +234,10 @@ pub enum Command {
         file: PathBuf,
         /// Which frames
         #[command(flatten)]
-        filter: Shown,
+        filter: frames::Shown,
     },
+    /// Send frames, once or periodically. Devices on the bus can act on them: machines can move
+    Send(frames::Sending),
     /// Calibrate a sensor of this project: guides through six positions with the log of the board, then computes the calibration
     Calibrate {
         /// The measurement, a CSV file. One that is not complete is continued
@@ -401,6 +390,7 @@ fn unused(command: &str) -> &'static [&'static str] {
         ],
         "decode" => &["yes", "config", "port", "rate"],
         "log" => &["config"],
+        "send" => &["config", "id", "node", "mac", "address", "product", "eds"],
         "scan" => &["id", "node", "mac", "address", "product", "eds"],
         "node-id" => &["id", "mac", "address", "eds"],
         "mac" => &["id", "node", "address", "eds"],

@@ -141,7 +141,7 @@ impl Link {
     }
 
     /// Waits until the last frame has left the adapter.
-    fn leave(&mut self) {
+    pub fn leave(&mut self) {
         self.leave_within(LEAVING);
     }
 

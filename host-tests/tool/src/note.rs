@@ -102,6 +102,12 @@ texts! {
             "der Sensor wartet in seinem Bootloader: Seine Einstellungen wurden nicht gelesen";
         SettingsDiffer(count: usize, path: String) = "{count} settings differ from {path}: `plumbline restore` writes them again",
             "{count} Einstellungen sind anders als in {path}: `plumbline restore` schreibt sie wieder";
+        SendsOnce(frame: String) = "sends {frame} once", "sendet {frame} einmal";
+        SendsEvery(frame: String, every: u32) = "sends {frame} every {every} ms", "sendet {frame} alle {every} ms";
+        NotSentInTime(count: u64) = "{count} frames were left out, because the bus or the computer was too slow for them",
+            "{count} Frames wurden ausgelassen, weil der Bus oder der Computer zu langsam für sie war";
+        BusErrors(count: u64) = "the adapter has reported at least {count} errors of the bus, so frames can be missing: check bit rate, wiring, terminators, and whether another device is on the bus",
+            "der Adapter hat mindestens {count} Fehler des Busses gemeldet, also können Frames fehlen: Prüfen Sie Bitrate, Verdrahtung und Abschlusswiderstände, und ob ein anderes Gerät am Bus ist";
         NothingSent = "nothing was sent", "nichts wurde gesendet";
         OnlyAcknowledged = "nothing was sent, but the messages of other devices were acknowledged",
             "nichts wurde gesendet, aber die Nachrichten anderer Geräte wurden bestätigt";

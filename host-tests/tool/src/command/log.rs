@@ -2,7 +2,8 @@
 
 use super::watch::unwritten;
 use crate::adapter::{Adapter, Mode};
-use crate::cli::{Options, Shown};
+use crate::cli::Options;
+use crate::cli::frames::Shown;
 use crate::connect;
 use crate::decode::database::Database;
 use crate::decode::filter::Filter;
@@ -59,11 +60,15 @@ impl View {
     pub(super) fn new(options: &Options, shown: &Shown, decodes: bool) -> Result<Self, Error> {
         let sensor = options.sensor.target()?;
         let filter = Filter {
-            terms: shown.terms.clone(),
+            terms: shown.which.terms.clone(),
             sensor: sensor.map(|target| (target.protocol().name, target.address())),
         };
         let needs_bus = decodes || filter.needs_meaning();
-        let databases = shown.databases.iter().map(|path| Database::read(path));
+        let databases = shown
+            .which
+            .databases
+            .iter()
+            .map(|path| Database::read(path));
         let databases = databases.collect::<Result<Vec<_>, _>>()?;
         let bus = needs_bus.then(|| bus(options)).transpose()?;
         Ok(Self {
@@ -195,6 +200,22 @@ fn print(line: &Line, view: &mut View, terminal: &mut Terminal) -> Result<(), Er
     terminal.line(shown(&line.to_string(), decoded.as_ref()))
 }
 
+/// The bit rate of the options, or that of the bus if the adapter needs one.
+///
+/// # Errors
+/// There is no traffic, or the adapter fails.
+pub(super) fn rate_of(
+    link: &mut Link,
+    rate: Option<BitRate>,
+    terminal: &mut Terminal,
+) -> Result<Option<BitRate>, Error> {
+    if rate.is_some() || !link.adapter().capabilities().needs_rate {
+        return Ok(rate);
+    }
+    let heard = connect::traffic(link, terminal)?;
+    Ok(heard.ok_or(Silence::Traffic)?.rate)
+}
+
 /// Writes all frames on the bus; only listens.
 pub(super) fn log(
     adapter: Box<dyn Adapter>,
@@ -205,15 +226,8 @@ pub(super) fn log(
     terminal: &mut Terminal,
 ) -> Result<(), Error> {
     let mut link = Link::new(adapter, &terminal.stopped);
-    let rate = match rate {
-        None if link.adapter().capabilities().needs_rate => {
-            let heard = connect::traffic(&mut link, terminal);
-            let heard = heard.map_err(|failure| only_listens(&mut link, failure))?;
-            let heard = heard.ok_or(Silence::Traffic)?;
-            heard.rate
-        }
-        rate => rate,
-    };
+    let rate = rate_of(&mut link, rate, terminal);
+    let rate = rate.map_err(|failure| only_listens(&mut link, failure))?;
     let opened = link.open(rate, Mode::Listen);
     opened.map_err(|failure| only_listens(&mut link, failure))?;
     let start = link.now();

@@ -11,6 +11,8 @@ mod parameters;
 mod place;
 mod ports;
 mod record;
+mod send;
+mod sender;
 mod update;
 mod watch;
 
@@ -34,6 +36,7 @@ use crate::serve;
 use bus::Bus;
 use log::View;
 use place::Place;
+use sender::Sender;
 use std::path::Path;
 
 /// Opens the adapter of a port.
@@ -145,7 +148,10 @@ pub fn run_with(cli: &Cli, terminal: &mut Terminal, connect: Connect) -> Result<
         _ => {}
     }
     let mut last = Last::open(options.config.as_deref());
-    let is_for_sensor = !matches!(cli.command, Command::Scan { .. } | Command::Log { .. });
+    let is_for_sensor = !matches!(
+        cli.command,
+        Command::Scan { .. } | Command::Log { .. } | Command::Send(_)
+    );
     let (full, mut is_filled) = last.complete(options, is_for_sensor, terminal);
     let mut bus = Bus {
         options: &full,
@@ -288,6 +294,12 @@ fn on_bus(cli: &Cli, bus: &mut Bus, terminal: &mut Terminal) -> Result<(), Error
                 replaced(file, terminal)?;
             }
             log::log(bus.adapter()?, options.rate, file, seconds, view, terminal)
+        }
+        Command::Send(sending) => {
+            let items = send::items(sending)?;
+            let seconds = watch::checked(sending.seconds)?;
+            let sender = Sender::open(bus.adapter()?, options.rate, seconds, terminal)?;
+            send::send(sender, items, terminal)
         }
         Command::Update {
             file,

@@ -31,6 +31,10 @@ errors! {
             "{path} lässt sich nicht lesen ({reason}): `plumbline log` schreibt eine solche Datei";
         NoLog(path: String): Usage "bad-file" = "{path} has no line of `candump -L`, for example (0.125000) can0 18A#0102",
             "{path} hat keine Zeile von `candump -L`, zum Beispiel (0.125000) can0 18A#0102";
+        ListUnread(path: String, reason: String): Bus "no-file" = "cannot read {path} ({reason}): `plumbline send` takes a list of frames (TOML), or frames as 181#0102",
+            "{path} lässt sich nicht lesen ({reason}): `plumbline send` nimmt eine Liste von Frames (TOML) oder Frames wie 181#0102";
+        List(path: String, why: Fault): Usage "bad-file" = "{path} is not a list of frames: {why}. A list has, for each frame, [[send]] with frame = \"181#0102\" and, for a periodic one, every = 100 (ms); nothing was sent",
+            "{path} ist keine Liste von Frames: {why}. Eine Liste hat für jeden Frame [[send]] mit frame = \"181#0102\" und, wenn er periodisch ist, every = 100 (ms); nichts wurde gesendet";
         Dcf(path: String): Usage "bad-file" = "{path} is the name of the DCF: give the backup another name, for example crane.toml",
             "{path} ist der Name der DCF: Geben Sie der Sicherung einen anderen Namen, zum Beispiel kran.toml";
         Exists(path: String): Usage "file-exists" = "{path} exists already: choose another name, or replace it with --yes=overwrite",

@@ -30,5 +30,6 @@ mod restored;
 pub mod rig;
 mod samples;
 mod scan;
+mod sending;
 mod several;
 mod talking;

@@ -249,9 +249,13 @@ impl Rig {
 
     /// The frames that the witness has seen since the last call.
     pub fn witnessed(&mut self) -> Vec<Frame> {
-        let mut bus = self.bus.borrow_mut();
-        let frames = bus.take_received(self.witness);
-        frames.into_iter().map(|(_, frame)| frame).collect()
+        let frames = self.witnessed_at().into_iter();
+        frames.map(|(_, frame)| frame).collect()
+    }
+
+    /// The same with the times of their reception.
+    pub fn witnessed_at(&mut self) -> Vec<(Instant, Frame)> {
+        self.bus.borrow_mut().take_received(self.witness)
     }
 
     /// Opens the witness at a rate.

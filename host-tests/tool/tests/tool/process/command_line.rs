@@ -146,7 +146,7 @@ fn port_without_a_target_names_the_form() {
 }
 
 /// A command line of every command: the port, the words, and the exit code if it is not 0.
-const ALL: [(&str, &str, i32); 32] = [
+const ALL: &[(&str, &str, i32)] = &[
     ("demo:jn2101", "scan", 0),
     ("demo:is2", "parameters", 0),
     ("demo:is2", "get", 0),
@@ -174,6 +174,11 @@ const ALL: [(&str, &str, i32); 32] = [
     ("demo:jn2101", "log - --decode --seconds 1", 0),
     ("", "decode bus.log", 0),
     ("", "decode bus.log --filter 000:7FF", 0),
+    (
+        "demo:is2",
+        "--rate 250 send 123#01 --every 100 --seconds 1",
+        0,
+    ),
     ("demo:is2", "calibrate sides.csv", 0),
     ("demo:is2", "identity", 0),
     ("demo:is2", "serve --demo --listen 127.0.0.1:0", 0),
@@ -203,7 +208,7 @@ fn every_command_ends_quietly_if_nobody_reads_its_output() {
     std::fs::copy(program_for_an_update(), folder.join("is2.elf")).expect("a file");
     std::fs::write(folder.join("bus.log"), "(1.5) can0 000#0100\n").expect("a file");
     let others = [("", "man", 0), ("", "--help", 0), ("", "get --help", 0)];
-    for (port, words, code) in ALL.into_iter().chain(others) {
+    for (port, words, code) in ALL.iter().copied().chain(others) {
         // The pipe is closed before the program starts.
         let (reader, writer) = std::io::pipe().expect("a pipe");
         drop(reader);
@@ -247,6 +252,7 @@ fn help_of_a_command_shows_only_the_options_that_it_uses() {
             &["--product", "--filter", "--node"],
             &["--port", "--rate"],
         ),
+        ("send", &["--port", "--rate"], &["--node", "--product"]),
         ("node-id", &["--node", "--port"], &["--mac", "--id"]),
         ("mac", &["--mac"], &["--node", "--id"]),
         ("calibrate", &["--product", "--json"], &["--port", "--node"]),
@@ -341,6 +347,9 @@ fn every_command_line_of_the_document_works() {
     let is1 = plumbline::model::catalog::find("is1").expect("a product");
     let database = descriptors::describe(is1).text;
     std::fs::write(folder.join("crane.dbc"), database).expect("a file");
+    let list =
+        "[[send]]\nframe = \"70A#05\"\nevery = 1000\n\n[[send]]\nframe = \"80#\"\nevery = 10\n";
+    std::fs::write(folder.join("plc.toml"), list).expect("a file");
     std::fs::copy(program_for_an_update(), folder.join("is2.elf")).expect("a file");
     for line in documented() {
         // A search of all identifiers takes 41 s; the server of the page runs until it is stopped.
@@ -376,7 +385,13 @@ fn every_command_line_of_the_document_works() {
             std::fs::write(folder.join("bus.log"), "(0.5) can0 300#01\n").expect("a file");
         }
         // They end by Ctrl-C.
-        if ["watch", "log - --decode", "log - --decode --by-id"].contains(&line) {
+        let endless = [
+            "watch",
+            "log - --decode",
+            "log - --decode --by-id",
+            "send plc.toml",
+        ];
+        if endless.contains(&line) {
             words.extend(["--seconds", "1"]);
         }
         if ["zero", "teach", "load-factory", "rate"]

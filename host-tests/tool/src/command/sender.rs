@@ -1,0 +1,107 @@
+//! Sends frames at their times, not faster than the bus can carry them.
+
+use super::log::rate_of;
+use crate::adapter::{Adapter, Mode};
+use crate::error::Error;
+use crate::link::Link;
+use crate::note::{At, Note};
+use crate::output::Terminal;
+use can_wire::frame_length::{INTERMISSION, frame_bits};
+use plumbline::can::{BitRate, Frame};
+use plumbline::time::{Duration, Instant, after, millis};
+use serde_json::json;
+
+/// The longest wait without a check for Ctrl-C.
+const SLICE: Duration = millis(50);
+
+/// A bus on which frames are sent.
+pub(super) struct Sender {
+    link: Link,
+    /// No frame is sent from then on.
+    end: Option<Instant>,
+    /// When the bus has carried the last frame.
+    free: Instant,
+    count: u64,
+}
+
+impl Sender {
+    /// Opens the adapter. Without a bit rate it has that of the traffic.
+    ///
+    /// # Errors
+    /// There is no traffic, or the adapter fails.
+    pub(super) fn open(
+        adapter: Box<dyn Adapter>,
+        rate: Option<BitRate>,
+        seconds: Option<Duration>,
+        terminal: &mut Terminal,
+    ) -> Result<Self, Error> {
+        let mut link = Link::new(adapter, &terminal.stopped);
+        let rate = rate_of(&mut link, rate, terminal)?;
+        link.open(rate, Mode::Active)?;
+        let now = link.now();
+        Ok(Self {
+            link,
+            end: seconds.map(|seconds| after(now, seconds)),
+            free: now,
+            count: 0,
+        })
+    }
+
+    /// The present time of the adapter.
+    pub(super) fn now(&self) -> Instant {
+        self.link.now()
+    }
+
+    /// Sends a frame at this time, or as soon as the bus is free. False: the command ends before.
+    ///
+    /// # Errors
+    /// The adapter fails.
+    pub(super) fn send(&mut self, at: Instant, frame: &Frame) -> Result<bool, Error> {
+        let at = at.max(self.free);
+        loop {
+            if self.link.is_stopped() || self.end.is_some_and(|end| self.link.now() >= end) {
+                return Ok(false);
+            }
+            // It receives at least once, because an adapter tells a refused frame when it receives.
+            let until = self.end.map_or(at, |end| at.min(end));
+            let slice = after(self.link.now(), SLICE);
+            self.link.receive(until.min(slice))?;
+            let now = self.link.now();
+            if now >= at && self.end.is_none_or(|end| now < end) {
+                break;
+            }
+        }
+        self.link.send(frame)?;
+        self.count += 1;
+        if let Some(rate) = self.link.rate() {
+            let bits = u64::from(frame_bits(frame) + INTERMISSION);
+            let time = bits * 1_000_000 / u64::from(rate.bits_per_second());
+            self.free = after(self.link.now().max(at), Duration::from_ticks(time));
+        }
+        Ok(true)
+    }
+
+    /// Closes the adapter, and tells how many frames were sent, also if the adapter has failed.
+    ///
+    /// # Errors
+    /// The failure of `result`, or the output is closed.
+    pub(super) fn finish(
+        mut self,
+        result: Result<(), Error>,
+        terminal: &mut Terminal,
+    ) -> Result<(), Error> {
+        let told = Note::Sent(self.count, At::from(self.link.rate()));
+        if result.is_err() {
+            terminal.note(&told);
+            return result;
+        }
+        self.link.leave();
+        let errors = self.link.adapter().errors();
+        self.link.close();
+        if let Some(errors @ 1..) = errors {
+            terminal.note(&Note::BusErrors(errors));
+        }
+        terminal.line(told.to_string())?;
+        terminal.document(&json!({"sent": self.count}))
+    }
+}
