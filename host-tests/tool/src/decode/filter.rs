@@ -20,7 +20,7 @@ const EXTENDED: u32 = 0x1FFF_FFFF;
 impl FromStr for Term {
     type Err = String;
 
-    /// `181`, `18EEFF80`, `181:7F0`, `181~7F0`, or words.
+    /// `181`, `80`, `18EEFF80`, `181:7F0`, `181~7F0`, or words. One or two digits with a letter are words: `f1` can be a name.
     fn from_str(text: &str) -> Result<Self, String> {
         let masked = text.split_once(':').map(|parts| (parts, false));
         let masked = masked.or_else(|| text.split_once('~').map(|parts| (parts, true)));
@@ -41,7 +41,8 @@ impl FromStr for Term {
             };
             return Ok(Self::Id(id, mask & highest, is_extended, is_other));
         }
-        match number(text).filter(|_| matches!(text.len(), 3 | 8)) {
+        let is_short = text.len() < 3 && text.bytes().all(|byte| byte.is_ascii_digit());
+        match number(text).filter(|_| is_short || matches!(text.len(), 3 | 8)) {
             Some(id) if id <= highest(text) => {
                 Ok(Self::Id(id, highest(text), text.len() == 8, false))
             }
@@ -120,6 +121,8 @@ mod tests {
         for (term, taken, others) in [
             ("181", &["181#", "181#0102"][..], &["182#", "00000181#"][..]),
             ("00000181", &["00000181#"], &["181#"]),
+            ("80", &["080#"], &["180#", "00000080#"]),
+            ("0", &["000#"], &["080#"]),
             ("181:7F0", &["181#", "18F#"], &["191#", "00000181#"]),
             ("181~7F0", &["191#", "00000181#"], &["181#", "18F#"]),
             ("0:0", &["000#", "7FF#"], &["00000000#"]),

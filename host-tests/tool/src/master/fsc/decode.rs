@@ -10,6 +10,7 @@ use crate::decode::{Decoded, Decoder, Device, Known, Named};
 use crate::number::version_text;
 use crate::sheet::{Address, Entry};
 use plumbline::can::{CanId, Frame};
+use plumbline::fsc::{FLASH, UPDATE};
 use plumbline::model::catalog::Product;
 use plumbline::param::number;
 use std::collections::HashSet;
@@ -30,6 +31,17 @@ struct Node {
     device: Device,
     article: Option<u32>,
     version: Option<u16>,
+    update: Update,
+}
+
+/// Whether a sensor has its identifiers, or its bootloader has them.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Update {
+    No,
+    /// The sensor was asked to restart into its bootloader.
+    Asked,
+    /// The bootloader was asked: its requests are full frames, those of a sensor are not.
+    Runs,
 }
 
 /// The sensors on the bus.
@@ -98,6 +110,20 @@ impl Sensors {
             .retain(|node| node.sync.is_some() || node.sensor.reply != Some(id));
     }
 
+    /// The sensor to or from whose bootloader a frame is. The next boot-up message is from the sensor.
+    fn in_bootloader(&mut self, frame: &Frame) -> Option<&Node> {
+        let id = frame.can_id();
+        let nodes = self.nodes.iter_mut();
+        let mut nodes = nodes.filter(|node| node.update != Update::No);
+        let node = nodes.find(|node| node.sensor.request == id || node.sensor.reply == Some(id))?;
+        if boot_up(frame) == Some(node.sensor) {
+            node.update = Update::No;
+        } else if node.sensor.request == id && frame.bytes().len() == FULL {
+            node.update = Update::Runs;
+        }
+        (node.update == Update::Runs).then_some(node)
+    }
+
     /// The number of boot-up messages with these identifiers that were heard before.
     fn insert(&mut self, sensor: Sensor, sync: Option<CanId>) -> &mut Node {
         let mut nodes = self.nodes.iter();
@@ -110,6 +136,7 @@ impl Sensors {
                 device: self.known.device(),
                 article: None,
                 version: None,
+                update: Update::No,
             });
             self.nodes.len() - 1
         });
@@ -123,6 +150,15 @@ impl Decoder for Sensors {
             return None;
         }
         let id = frame.can_id();
+        if let Some(node) = self.in_bootloader(frame) {
+            let is_request = node.sensor.request == id;
+            let side = if is_request { "request" } else { "answer" };
+            let decoded = Decoded::new(&PROTOCOL, format!("bootloader {side}"))
+                .of(shown(node.sensor.request), &node.device)
+                .with(vec![Named::bytes(frame.bytes())]);
+            let is_sure = node.booted >= 2;
+            return Some(Decoded { is_sure, ..decoded });
+        }
         self.leave_out(frame);
         let is_own = self.have_status(frame) && !self.foreign.contains(&id.bits());
         if let Some(sensor) = boot_up(frame).filter(|_| is_own) {
@@ -162,13 +198,20 @@ impl Node {
         })
     }
 
+    fn has_code(&self, code: u8) -> bool {
+        let mut products = self.device.products();
+        products.any(|product| has_code(product, code))
+    }
+
+    /// A code and whether it writes. A code that the sensor does not have can be a message of another device, unless the sensor is known.
     fn named(&self, code: u8) -> Option<(String, bool)> {
-        if !self
-            .device
-            .products()
-            .any(|product| has_code(product, code))
-        {
-            return None;
+        if !self.has_code(code) {
+            let is_known = self.booted >= 2 || self.device.is_told();
+            let name = match code {
+                UPDATE => "update (60h)".to_owned(),
+                _ => format!("code {code:02X}h"),
+            };
+            return is_known.then_some((name, false));
         }
         Some(match self.code(code) {
             Some((name, writes)) => (format!("{name} ({code:02X}h)"), writes),
@@ -176,10 +219,13 @@ impl Node {
         })
     }
 
-    fn request(&self, bytes: &[u8]) -> Option<Decoded> {
+    fn request(&mut self, bytes: &[u8]) -> Option<Decoded> {
         let [code, data @ ..] = bytes else {
             return None;
         };
+        if *code == UPDATE && data.starts_with(FLASH) {
+            self.update = Update::Asked;
+        }
         let (name, writes) = self.named(*code)?;
         let entries = self.device.entries(
             |address| matches!(address, Address::Fsc { write: Some(write), .. } if write == *code),
@@ -199,6 +245,10 @@ impl Node {
             return None;
         };
         self.learn(*code, data);
+        // The sensor refuses another code with its status.
+        if !self.has_code(*code) && *code != UPDATE && !data.is_empty() {
+            return None;
+        }
         let (name, _) = self.named(*code)?;
         let status = self.status(*status);
         if let (BOOT_UP, [id @ .., _, _]) = (*code, data)

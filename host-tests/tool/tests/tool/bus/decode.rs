@@ -90,6 +90,44 @@ fn messages_of_gemac_have_the_names_of_the_codes() {
     assert_eq!(lines, expected);
 }
 
+/// A code that the sensor does not have, and an update: the frames of its bootloader are full, and have no codes.
+#[test]
+fn sensor_is_known_after_a_refused_code_and_after_its_bootloader() {
+    let frames = [
+        "311#FF03100300004403",
+        "311#FF03100300004403",
+        "310#99",
+        "311#9908",
+        "310#60464C415348",
+        "311#6000",
+        "310#2F511F0103000000",
+        "311#60511F0100000000",
+        "310#0001020304050607",
+        "311#FF03100300004403",
+        "311#FF03100300004403",
+        "310#60",
+        "311#600001020304",
+    ];
+    let lines = decoded("", &frames);
+    let boot_up = "fsc 310h: boot-up, status = DefaultParam + AutobaudDetection, set-id = 310h, software-version = 3.44";
+    let expected = [
+        boot_up,
+        boot_up,
+        "fsc 310h: request code 99h",
+        "fsc 310h: reply code 99h, status = CmdParamError",
+        "fsc 310h: request update (60h), data = 46 4C 41 53 48",
+        "fsc 310h: reply update (60h), status = ok",
+        "fsc 310h: bootloader request, data = 2F 51 1F 01 03 00 00 00",
+        "fsc 310h: bootloader answer, data = 60 51 1F 01 00 00 00 00",
+        "fsc 310h: bootloader request, data = 00 01 02 03 04 05 06 07",
+        boot_up,
+        boot_up,
+        "fsc 310h: request update (60h)",
+        "fsc 310h: reply update (60h), status = ok, data = 01 02 03 04",
+    ];
+    assert_eq!(lines, expected);
+}
+
 #[test]
 fn messages_of_canopen_have_names_and_values() {
     let lines = decoded(
