@@ -236,6 +236,8 @@ pub enum Command {
         #[command(flatten)]
         filter: frames::Shown,
     },
+    /// Send the frames of a log with their spacing. Devices on the bus can act on them: machines can move
+    Replay(frames::Replay),
     /// Send frames, once or periodically. Devices on the bus can act on them: machines can move
     Send(frames::Sending),
     /// Calibrate a sensor of this project: guides through six positions with the log of the board, then computes the calibration
@@ -389,7 +391,7 @@ fn unused(command: &str) -> &'static [&'static str] {
             "config", "port", "rate", "id", "node", "mac", "address", "eds",
         ],
         "decode" => &["yes", "config", "port", "rate"],
-        "log" => &["config"],
+        "log" | "replay" => &["config"],
         "send" => &["config", "id", "node", "mac", "address", "product", "eds"],
         "scan" => &["id", "node", "mac", "address", "product", "eds"],
         "node-id" => &["id", "mac", "address", "eds"],

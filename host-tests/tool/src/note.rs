@@ -103,6 +103,9 @@ texts! {
         SettingsDiffer(count: usize, path: String) = "{count} settings differ from {path}: `plumbline restore` writes them again",
             "{count} Einstellungen sind anders als in {path}: `plumbline restore` schreibt sie wieder";
         SendsOnce(frame: String) = "sends {frame} once", "sendet {frame} einmal";
+        Replays(count: usize, path: String, time: f64) = "sends {count} frames of {path} in {time:.1} s", "sendet {count} Frames von {path} in {time:.1} s";
+        ReplaysAgain(count: usize, path: String, time: f64) = "sends {count} frames of {path} again and again, each time in {time:.1} s",
+            "sendet {count} Frames von {path} immer wieder, jedes Mal in {time:.1} s";
         SendsEvery(frame: String, every: u32) = "sends {frame} every {every} ms", "sendet {frame} alle {every} ms";
         NotSentInTime(count: u64) = "{count} frames were left out, because the bus or the computer was too slow for them",
             "{count} Frames wurden ausgelassen, weil der Bus oder der Computer zu langsam für sie war";

@@ -29,6 +29,34 @@ pub struct Shown {
     pub by_id: bool,
 }
 
+/// What `replay` sends.
+#[derive(Clone, Debug, Args)]
+pub struct Replay {
+    /// The log, as `log` and `candump -L` write it, or the documents of `log - --decode --json`; - is standard input, which is first read to its end
+    pub file: PathBuf,
+    /// Which frames
+    #[command(flatten)]
+    pub which: Which,
+    /// Only the frames of this interface of the log
+    #[arg(long, value_name = "NAME")]
+    pub interface: Option<String>,
+    /// Send this number of times as fast as the log was recorded, 0.01 to 100
+    #[arg(long, value_name = "FACTOR", default_value_t = 1.0, allow_negative_numbers = true, value_parser = speed)]
+    pub speed: f64,
+    /// Begin again after the last frame, until Ctrl-C or --seconds
+    #[arg(long = "loop")]
+    pub repeats: bool,
+    /// End after this time
+    #[arg(long, value_name = "S", allow_negative_numbers = true)]
+    pub seconds: Option<f64>,
+}
+
+fn speed(text: &str) -> Result<f64, String> {
+    let speed = text.parse().ok();
+    let speed = speed.filter(|speed| (0.01..=100.0).contains(speed));
+    speed.ok_or_else(|| "it is 0.01 to 100".to_owned())
+}
+
 /// What `send` sends.
 #[derive(Clone, Debug, Args)]
 pub struct Sending {

@@ -8,7 +8,7 @@ use crate::connect;
 use crate::decode::database::Database;
 use crate::decode::filter::Filter;
 use crate::decode::list::List;
-use crate::decode::log::Line;
+use crate::decode::log::{INTERFACE, Line};
 use crate::decode::{Bus, Decoded};
 use crate::eds;
 use crate::error::{AdapterError, Error, FileError, Silence};
@@ -35,8 +35,8 @@ const RENEWAL: Duration = millis(500);
 /// The control sequence that clears a terminal.
 const CLEAR: &str = "\x1B[H\x1B[2J";
 
-/// The name of the interface in a log.
-const INTERFACE: &str = "can0";
+/// The path that stands for standard input.
+const INPUT: &str = "-";
 
 /// The longest line of a log, in bytes.
 const LONGEST: u64 = 4096;
@@ -79,8 +79,22 @@ impl View {
         })
     }
 
+    /// Takes all frames of a log before the first one is shown, because a node can tell its product late. Standard input is read only once.
+    ///
+    /// # Errors
+    /// The file cannot be read or has no frame.
+    pub(super) fn learn(&mut self, path: &Path, terminal: &mut Terminal) -> Result<(), Error> {
+        if self.bus.is_some() && path != Path::new(INPUT) {
+            each(path, terminal, &mut |_, line| {
+                self.take(&line.frame);
+                Ok(())
+            })?;
+        }
+        Ok(())
+    }
+
     /// The meaning of the next frame, if it is shown; None: the frame is not shown.
-    fn take(&mut self, frame: &Frame) -> Option<Option<Decoded>> {
+    pub(super) fn take(&mut self, frame: &Frame) -> Option<Option<Decoded>> {
         let decoded = self.bus.as_mut().and_then(|bus| bus.decode(frame));
         let takes = self.filter.takes(frame, decoded.as_ref());
         takes.then(|| decoded.filter(|_| self.decodes))
@@ -116,19 +130,27 @@ fn document(line: &Line, decoded: Option<&Decoded>) -> Value {
     document.into()
 }
 
-/// Hands each frame of a log to `take`. Returns the number of frames, and of lines without one.
-fn each(
-    input: &mut dyn BufRead,
-    unread: &dyn Fn(&io::Error) -> Error,
+/// Hands each frame of a log to `take`. Returns the number of lines without a frame.
+///
+/// # Errors
+/// The file cannot be read or has no frame, or `take` fails.
+pub(super) fn each(
+    path: &Path,
     terminal: &mut Terminal,
     take: &mut dyn FnMut(&mut Terminal, Line) -> Result<(), Error>,
-) -> Result<(u64, u64), Error> {
+) -> Result<u64, Error> {
+    let name = || path.display().to_string();
+    let unread = |error: io::Error| FileError::LogUnread(name(), error.to_string());
+    let mut input: Box<dyn BufRead> = match path == Path::new(INPUT) {
+        true => Box::new(stdin().lock()),
+        false => Box::new(BufReader::new(File::open(path).map_err(unread)?)),
+    };
     let (mut frames, mut others) = (0, 0);
     let mut bytes = Vec::new();
     while !(terminal.stopped)() {
         bytes.clear();
-        let length = io::Read::take(&mut *input, LONGEST).read_until(b'\n', &mut bytes);
-        if length.map_err(|error| unread(&error))? == 0 {
+        let length = io::Read::take(&mut input, LONGEST).read_until(b'\n', &mut bytes);
+        if length.map_err(unread)? == 0 {
             break;
         }
         match Line::parse(&String::from_utf8_lossy(&bytes)) {
@@ -140,39 +162,21 @@ fn each(
             None => others += 1,
         }
     }
-    Ok((frames, others))
+    match frames {
+        0 => Err(FileError::NoLog(name()).into()),
+        _ => Ok(others),
+    }
 }
 
-/// Says what the frames of a log are. A file is read twice: a node can tell its product late.
+/// Says what the frames of a log are.
 ///
 /// # Errors
 /// The file cannot be read, or has no frame.
 pub(super) fn decode(path: &Path, mut view: View, terminal: &mut Terminal) -> Result<(), Error> {
-    let name = path.display().to_string();
-    let unread = |error: &io::Error| -> Error {
-        FileError::LogUnread(name.clone(), error.to_string()).into()
-    };
-    let (frames, others) = if path == Path::new("-") {
-        let mut input = stdin().lock();
-        each(&mut input, &unread, terminal, &mut |terminal, line| {
-            print(&line, &mut view, terminal)
-        })?
-    } else {
-        let open = || -> Result<_, Error> {
-            let file = File::open(path).map_err(|error| unread(&error))?;
-            Ok(BufReader::new(file))
-        };
-        each(&mut open()?, &unread, terminal, &mut |_, line| {
-            view.take(&line.frame);
-            Ok(())
-        })?;
-        each(&mut open()?, &unread, terminal, &mut |terminal, line| {
-            print(&line, &mut view, terminal)
-        })?
-    };
-    if frames == 0 {
-        return Err(FileError::NoLog(name).into());
-    }
+    view.learn(path, terminal)?;
+    let others = each(path, terminal, &mut |terminal, line| {
+        print(&line, &mut view, terminal)
+    })?;
     if let Some(list) = &view.list {
         print_list(list, terminal)?;
     }

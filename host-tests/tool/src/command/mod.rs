@@ -11,6 +11,7 @@ mod parameters;
 mod place;
 mod ports;
 mod record;
+mod replay;
 mod send;
 mod sender;
 mod update;
@@ -150,7 +151,7 @@ pub fn run_with(cli: &Cli, terminal: &mut Terminal, connect: Connect) -> Result<
     let mut last = Last::open(options.config.as_deref());
     let is_for_sensor = !matches!(
         cli.command,
-        Command::Scan { .. } | Command::Log { .. } | Command::Send(_)
+        Command::Scan { .. } | Command::Log { .. } | Command::Replay(_) | Command::Send(_)
     );
     let (full, mut is_filled) = last.complete(options, is_for_sensor, terminal);
     let mut bus = Bus {
@@ -294,6 +295,12 @@ fn on_bus(cli: &Cli, bus: &mut Bus, terminal: &mut Terminal) -> Result<(), Error
                 replaced(file, terminal)?;
             }
             log::log(bus.adapter()?, options.rate, file, seconds, view, terminal)
+        }
+        Command::Replay(replay) => {
+            let seconds = watch::checked(replay.seconds)?;
+            let round = replay::read(options, replay, terminal)?;
+            let sender = Sender::open(bus.adapter()?, options.rate, seconds, terminal)?;
+            replay::replay(sender, replay, &round, terminal)
         }
         Command::Send(sending) => {
             let items = send::items(sending)?;

@@ -2,7 +2,11 @@
 
 use can_wire::text::parse;
 use plumbline::can::Frame;
+use serde_json::Value;
 use std::fmt::{self, Display, Formatter};
+
+/// The name of the interface in the logs of the tool.
+pub const INTERFACE: &str = "can0";
 
 /// A frame of a log.
 #[derive(Clone, PartialEq, Debug)]
@@ -16,8 +20,12 @@ pub struct Line {
 }
 
 impl Line {
-    /// The frame of a line; None: the line has no frame. What is behind the frame is ignored.
+    /// The frame of a line of `candump -L`, or of a document of `log --decode` or `decode` with `--json`; None: the line has no frame. What
+    /// is behind the frame of `candump` is ignored.
     pub fn parse(text: &str) -> Option<Self> {
+        if text.trim_start().starts_with('{') {
+            return Self::of(&serde_json::from_str(text).ok()?);
+        }
         let mut words = text.split_whitespace();
         let time = words.next()?.strip_prefix('(')?.strip_suffix(')')?;
         let is_time = time.split('.').count() <= 2
@@ -35,9 +43,17 @@ impl Line {
             frame,
         })
     }
-}
 
-impl Line {
+    /// The frame of a document.
+    fn of(document: &Value) -> Option<Self> {
+        let time = document["time"].as_f64().filter(|time| *time >= 0.0)?;
+        Some(Self {
+            time: format!("{time:.6}"),
+            interface: INTERFACE.to_owned(),
+            frame: parse(document["frame"].as_str()?).ok()?,
+        })
+    }
+
     /// The time in us.
     pub fn micros(&self) -> u64 {
         // A cast saturates.

@@ -330,6 +330,27 @@ fn file_without_a_frame_is_refused_and_a_wrong_line_is_left_out() {
 }
 
 #[test]
+fn documents_of_a_log_are_read_as_a_log() {
+    let path = log("documents", ["70A#05", "60A#R4"].map(can_wire::text::frame));
+    let mut rig = Rig::with("is2");
+    let text = rig.done(&format!("decode {}", path.display()));
+    let documents = rig.tool(&format!("--json decode {}", path.display())).out;
+    std::fs::write(&path, documents).unwrap();
+    assert_eq!(rig.done(&format!("decode {}", path.display())), text);
+    for text in [
+        "{",
+        "{}",
+        "{\"time\":-1.0,\"frame\":\"70A#05\"}",
+        "{\"time\":\"1\",\"frame\":\"70A#05\"}",
+        "{\"time\":1.0,\"frame\":\"70A\"}",
+    ] {
+        std::fs::write(&path, text).unwrap();
+        let failed = rig.fails(&format!("decode {}", path.display()));
+        assert_eq!(failed, (2, "bad-file".to_owned()), "{text}");
+    }
+}
+
+#[test]
 fn log_decodes_what_it_hears() {
     let mut rig = Rig::with("jn2101");
     let first = rig.first();

@@ -26,6 +26,7 @@ mod opening;
 mod products;
 mod rates;
 mod refusals;
+mod replay;
 mod restored;
 pub mod rig;
 mod samples;

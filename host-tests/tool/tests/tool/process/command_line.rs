@@ -172,6 +172,7 @@ const ALL: &[(&str, &str, i32)] = &[
     ("demo:is2", "--json watch --seconds 3", 0),
     ("demo:is2", "record new.csv --seconds 1 --yes", 0),
     ("demo:jn2101", "log - --decode --seconds 1", 0),
+    ("demo:is2", "--rate 250 replay bus.log", 0),
     ("", "decode bus.log", 0),
     ("", "decode bus.log --filter 000:7FF", 0),
     (
@@ -252,6 +253,7 @@ fn help_of_a_command_shows_only_the_options_that_it_uses() {
             &["--product", "--filter", "--node"],
             &["--port", "--rate"],
         ),
+        ("replay", &["--port", "--filter", "--node"], &["--config"]),
         ("send", &["--port", "--rate"], &["--node", "--product"]),
         ("node-id", &["--node", "--port"], &["--mac", "--id"]),
         ("mac", &["--mac"], &["--node", "--id"]),
@@ -381,7 +383,7 @@ fn every_command_line_of_the_document_works() {
             .env("PLUMBLINE_CONFIG", no_config())
             .current_dir(&folder);
         // The demonstration has sent nothing into this log.
-        if words.contains(&"decode") {
+        if words.contains(&"decode") || words.contains(&"replay") {
             std::fs::write(folder.join("bus.log"), "(0.5) can0 300#01\n").expect("a file");
         }
         // They end by Ctrl-C.
@@ -390,6 +392,7 @@ fn every_command_line_of_the_document_works() {
             "log - --decode",
             "log - --decode --by-id",
             "send plc.toml",
+            "replay bus.log --speed 2 --loop",
         ];
         if endless.contains(&line) {
             words.extend(["--seconds", "1"]);
