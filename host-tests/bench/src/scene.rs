@@ -175,6 +175,17 @@ impl Scene {
         (x.to_degrees(), y.to_degrees())
     }
 
+    /// The time from which on the angles do not change any more; None: they never change, or always do.
+    pub fn end(&self) -> Option<Instant> {
+        let seconds = match &self.0 {
+            Kind::Rest(_) | Kind::Sway(_) => None,
+            Kind::Recording(recording) => Some(recording.end()),
+            Kind::Course(course, _) => course.end(),
+        };
+        // A cast saturates: a recording may end before its beginning.
+        seconds.map(|seconds| Instant::from_ticks((seconds * 1e6).round() as u64))
+    }
+
     fn sample(&self, now: Instant) -> Sample {
         let seconds = now.ticks() as f64 / 1e6;
         match &self.0 {

@@ -1,6 +1,6 @@
 //! The program `virtual-sensor`: one sensor on a simulated bus that clients reach over slcan.
 
-use crate::server::{Clock, Log, RunError, Server, StatusLine, tcp};
+use crate::server::{Clock, Language, Log, RunError, Server, StatusLine, Unit, tcp};
 use bench::fault::FaultFrom;
 use bench::file::Unread;
 use bench::scene::{Axes, Scene, SceneArgument, SceneError};
@@ -13,7 +13,7 @@ use plumbline::model::catalog::{self, PRODUCTS, Product};
 use plumbline::time::{Instant, after, millis};
 use std::fs::OpenOptions;
 use std::io::{self, ErrorKind, IsTerminal, Write};
-use std::net::TcpListener;
+use std::net::{Ipv4Addr, SocketAddr, TcpListener};
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
 use stm32_sim::Microcontroller;
@@ -85,6 +85,11 @@ pub struct Options {
     /// rate]
     #[arg(long, value_name = "KBITS", value_parser = bench::bit_rate)]
     bus_rate: Option<BitRate>,
+
+    /// Also listen on this port of 127.0.0.1 (or at this address) for programs that move and break the sensor: lines of JSON, see the
+    /// README of virtual-sensor. Port 0 picks a free one
+    #[arg(long, value_name = "[ADDRESS:]PORT")]
+    control: Option<String>,
 
     /// Where the time comes from
     #[arg(long, value_enum, default_value_t)]
@@ -163,9 +168,12 @@ pub fn run_with(product: &'static Product, options: &Options) -> Result<(), Fail
     };
     let listener = listen(options.listen.as_deref())?;
     let address = listener.local_addr().map_err(cannot("listen"))?;
+    let control = options.control.as_deref().map(listen_for_control);
+    let control = control.transpose()?;
 
     let mut bus = Bus::new(options.bus_rate.map_or(BusRate::Follow, BusRate::Fixed));
-    let motion = Box::new(Stage::new(scene, &options.fault));
+    let stage = Stage::new(scene, &options.fault);
+    let motion = Box::new(stage.clone());
     let sensor = match image {
         Some(image) => {
             let mut microcontroller =
@@ -196,12 +204,19 @@ pub fn run_with(product: &'static Product, options: &Options) -> Result<(), Fail
         );
     }
     let status = io::stdout().is_terminal().then(StatusLine::new);
-    let (server, events) = Server::new(bus, sensor, options.clock, log, status);
+    let (mut server, events) = Server::new(bus, sensor, options.clock, log, status);
+    let name = node_type.name.to_owned();
+    server.control(vec![Unit::new(name, sensor, node_type, SERIAL, stage)]);
 
     let stop = events.clone();
     ctrlc::set_handler(move || stop.stop())
         .map_err(|error| Failure::Outside(format!("cannot catch Ctrl-C: {error}")))?;
     announce(&format!("slcan socket://{address}"));
+    if let Some((control, address)) = control {
+        announce(&format!("control socket://{address}"));
+        tcp::accept(control, events.clone(), Language::Control)
+            .map_err(cannot("start a thread"))?;
+    }
     #[cfg(unix)]
     if options.pty {
         let path =
@@ -332,6 +347,19 @@ fn listen(address: Option<&str>) -> Result<TcpListener, Failure> {
             .or_else(|_| TcpListener::bind("127.0.0.1:0"))
             .map_err(cannot(format!("listen at {DEFAULT_ADDRESS}"))),
     }
+}
+
+/// Listens for control clients at the address, or on the port of this computer.
+fn listen_for_control(place: &str) -> Result<(TcpListener, SocketAddr), Failure> {
+    let listener = match place.parse::<u16>() {
+        Ok(port) => TcpListener::bind((Ipv4Addr::LOCALHOST, port)),
+        Err(_) => TcpListener::bind(place),
+    };
+    let listening = listener.and_then(|listener| {
+        let address = listener.local_addr()?;
+        Ok((listener, address))
+    });
+    listening.map_err(cannot(format!("listen at {place} for control")))
 }
 
 /// Prints a line at once. The sensor ignores errors of standard output.

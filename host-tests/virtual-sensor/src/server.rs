@@ -12,8 +12,10 @@
 //! full buffer of an adapter.
 
 mod clock;
+mod control;
 mod log;
 mod outbox;
+mod passage;
 mod pattern;
 mod port;
 #[cfg(unix)]
@@ -22,13 +24,17 @@ mod status;
 pub mod tcp;
 
 pub use clock::Clock;
+pub use control::Unit;
 pub use log::Log;
 pub use status::StatusLine;
 
 use crate::slcan::Channel;
 use bench::{AdapterId, Bus, DeviceId, Source};
 use clock::{Line, write_time};
+use control::{Control, Side};
 use outbox::Outbox;
+use passage::Passage;
+use plumbline::can::Frame;
 use plumbline::time::{Instant, after, millis};
 use port::{AdapterPort, Leaving};
 use std::collections::BTreeMap;
@@ -60,14 +66,23 @@ const PATIENCE: Duration = Duration::from_millis(100);
 
 /// Events from outside the bus.
 enum Event {
-    /// A client has connected with this channel.
-    Joined(ClientId, Client),
+    /// A client has connected, which speaks this.
+    Joined(ClientId, Client, Language),
     /// A client has sent these bytes.
     Input(ClientId, Vec<u8>),
     /// A client has closed its connection.
     Left(ClientId),
     /// The program must end.
     Stop,
+}
+
+/// What the clients of a port speak.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Language {
+    /// slcan.
+    Slcan,
+    /// The JSON lines of clients that control the sensors.
+    Control,
 }
 
 /// Identifies a client; never reused.
@@ -99,6 +114,15 @@ impl Client {
             outbox,
             hang_up: Box::new(hang_up),
         }
+    }
+
+    /// Sends bytes to the client; false when it had to be dropped because it does not read.
+    fn push(&self, bytes: &[u8]) -> bool {
+        let taken = bytes.is_empty() || self.outbox.push(bytes);
+        if !taken {
+            (self.hang_up)();
+        }
+        taken
     }
 }
 
@@ -135,6 +159,9 @@ struct Session {
     line: Line,
     /// A frame was received since the client advanced the time.
     received: bool,
+    /// The faults of the frames in either direction.
+    to_client: Passage,
+    to_bus: Passage,
 }
 
 /// The main loop: one bus and all its clients.
@@ -145,6 +172,9 @@ pub struct Server {
     start: std::time::Instant,
     events: Receiver<Event>,
     sessions: BTreeMap<ClientId, Session>,
+    /// The clients that control the sensors, and these sensors.
+    controls: BTreeMap<ClientId, Control>,
+    units: Vec<Unit>,
     leaving: Leaving,
     log: Option<Log>,
     status: Option<StatusLine>,
@@ -195,6 +225,8 @@ impl Server {
             start: start.checked_sub(past).unwrap_or(start),
             events,
             sessions: BTreeMap::new(),
+            controls: BTreeMap::new(),
+            units: Vec::new(),
             leaving: Leaving::default(),
             log,
             status,
@@ -256,7 +288,12 @@ impl Server {
             PAUSE_UNSEEN
         };
         let bus = match self.clock {
-            Clock::Computer => self.bus.next_event().map(until).map(|at| at.max(minimum)),
+            Clock::Computer => {
+                let sessions = self.sessions.values();
+                let late = sessions.flat_map(|one| [one.to_client.next(), one.to_bus.next()]);
+                let next = late.chain([self.bus.next_event()]).flatten().min();
+                next.map(until).map(|at| at.max(minimum))
+            }
             Clock::Client => None,
         };
         let status = self.status.as_ref().map(StatusLine::pause);
@@ -268,8 +305,10 @@ impl Server {
 
     /// True while a client is on the bus, or frames of one that has left wait for it.
     fn is_seen(&self) -> bool {
-        let mut sessions = self.sessions.values();
-        sessions.any(|session| self.bus.takes_part(session.adapter)) || !self.leaving.is_empty()
+        let sessions = self.sessions.values().map(|session| session.adapter);
+        let controls = self.controls.values().filter_map(|control| control.adapter);
+        let mut adapters = sessions.chain(controls);
+        adapters.any(|adapter| self.bus.takes_part(adapter)) || !self.leaving.is_empty()
     }
 
     /// Advances the bus to the current time, or by what the computer has simulated in [`PATIENCE`].
@@ -296,7 +335,10 @@ impl Server {
         let (bus, leaving) = (&mut self.bus, &mut self.leaving);
         self.sessions.retain(|_, session| {
             lines.clear();
-            for (at, frame) in bus.take_received(session.adapter) {
+            for (_, frame) in session.to_bus.arrived(bus.now()) {
+                bus.send(session.adapter, frame);
+            }
+            for (at, frame) in session.receive(bus) {
                 if self.clock == Clock::Client && session.channel.is_open() {
                     session.received = true;
                     write_time(at, &mut lines);
@@ -309,6 +351,10 @@ impl Server {
             }
         });
         leaving.remove_done(bus);
+        for adapter in self.controls.values().filter_map(|one| one.adapter) {
+            // The events have the frames of all senders.
+            bus.take_received(adapter);
+        }
         let logged = self.bus.take_log();
         for entry in &logged {
             match entry.source {
@@ -319,6 +365,7 @@ impl Server {
         if let Some(log) = &mut self.log {
             log.write(&logged)?;
         }
+        self.report(&logged);
         // Before the status line, which is then written again.
         if let Some(sensor) = Microcontroller::of_mut(self.bus.device_mut(self.sensor)) {
             for violation in sensor.take_new_violations() {
@@ -344,21 +391,34 @@ impl Server {
     /// Handles one event at the current bus time.
     fn handle(&mut self, event: Event) -> Result<(), RunError> {
         match event {
-            Event::Joined(id, client) => {
+            Event::Joined(id, client, Language::Control) => {
+                self.controls.insert(id, Control::new(client));
+                // The events of earlier times are not for it.
+                self.report(&[]);
+            }
+            Event::Joined(id, client, Language::Slcan) => {
                 let session = Session {
                     client,
                     channel: Channel::new(),
                     adapter: self.bus.adapter(),
                     line: Line::default(),
                     received: false,
+                    to_client: Passage::default(),
+                    to_bus: Passage::default(),
                 };
                 self.sessions.insert(id, session);
+            }
+            Event::Input(id, bytes) if self.controls.contains_key(&id) => {
+                self.input_of_control(id, &bytes)?;
             }
             Event::Input(id, bytes) => match self.clock {
                 Clock::Computer => self.input(id, &bytes),
                 Clock::Client => self.input_with_clock(id, &bytes)?,
             },
-            Event::Left(id) => self.leave(id),
+            Event::Left(id) => {
+                self.leave(id);
+                self.leave_control(id);
+            }
             Event::Stop => {}
         }
         Ok(())
@@ -375,6 +435,7 @@ impl Server {
             bus: &mut self.bus,
             adapter: &mut session.adapter,
             leaving: &mut self.leaving,
+            to_bus: &mut session.to_bus,
         };
         session.channel.input(bytes, &mut port, &mut answers);
         if !session.push(&answers) {
@@ -397,13 +458,28 @@ impl Server {
 }
 
 impl Session {
+    /// The faults of the frames from this side.
+    fn passage(&mut self, from: Side) -> &mut Passage {
+        match from {
+            Side::Sensors => &mut self.to_client,
+            Side::Clients => &mut self.to_bus,
+        }
+    }
+
+    /// The frames that reach the client now, with the times of their ends.
+    fn receive(&mut self, bus: &mut Bus) -> Vec<(Instant, Frame)> {
+        let received = bus.take_received(self.adapter).into_iter();
+        let mut frames: Vec<_> = received
+            .filter_map(|(at, frame)| Some((at, self.to_client.pass(at, frame)?)))
+            .collect();
+        frames.extend(self.to_client.arrived(bus.now()));
+        frames.sort_by_key(|(at, _)| *at);
+        frames
+    }
+
     /// Sends bytes to the client; false when it had to be dropped because it does not read.
     fn push(&self, bytes: &[u8]) -> bool {
-        let taken = bytes.is_empty() || self.client.outbox.push(bytes);
-        if !taken {
-            (self.client.hang_up)();
-        }
-        taken
+        self.client.push(bytes)
     }
 }
 

@@ -79,6 +79,14 @@ impl Course {
         })
     }
 
+    /// The time at which a turn ends.
+    pub(super) fn end(&self) -> Option<f64> {
+        match self {
+            Self::Turn { time, .. } => Some(*time),
+            Self::Sine { .. } => None,
+        }
+    }
+
     /// The angles in degrees at this time.
     pub(super) fn angles(&self, seconds: f64) -> (f64, f64) {
         let (from, change, factor) = match *self {

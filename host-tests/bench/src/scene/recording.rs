@@ -86,6 +86,11 @@ impl Recording {
         Ok(Self { rows })
     }
 
+    /// The time of the last row.
+    pub(super) fn end(&self) -> f64 {
+        self.rows.last().map_or(0.0, |(time, _)| *time)
+    }
+
     /// The sample at this time in seconds.
     pub(super) fn at(&self, seconds: f64) -> Sample {
         let next = self.rows.partition_point(|(time, _)| *time <= seconds);

@@ -75,10 +75,26 @@ impl Server {
                 }
                 return Ok(());
             }
-            let next = self.bus.next_event().unwrap_or(limit);
-            let next = next.clamp(after(now, STEP_MIN), after(now, STEP_MAX));
-            self.bus.run_until(next.min(limit));
+            self.run_step(limit);
         }
+    }
+
+    /// Advances the time to `limit` and passes on the traffic.
+    pub(super) fn advance_until(&mut self, limit: Instant) -> Result<(), RunError> {
+        self.advance()?;
+        while self.bus.now() < limit {
+            self.run_step(limit);
+            self.advance()?;
+        }
+        Ok(())
+    }
+
+    /// Runs the bus to its next event, at most to `limit`.
+    fn run_step(&mut self, limit: Instant) {
+        let now = self.bus.now();
+        let next = self.bus.next_event().unwrap_or(limit);
+        let next = next.clamp(after(now, STEP_MIN), after(now, STEP_MAX));
+        self.bus.run_until(next.min(limit));
     }
 }
 

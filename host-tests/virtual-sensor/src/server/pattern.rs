@@ -85,6 +85,15 @@ pub fn name(pattern: Pattern) -> Option<&'static str> {
     }
 }
 
+/// The name of any pattern.
+pub fn label(pattern: Pattern) -> &'static str {
+    match name(pattern) {
+        Some(name) => name,
+        None if pattern == Pattern::On => "on",
+        None => "off",
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -1,12 +1,13 @@
 //! The adapter of a client, and the adapters of clients that have left.
 
+use super::passage::Passage;
 use crate::slcan::{Port, QueueFull};
 use bench::{AdapterId, Bus};
 use plumbline::can::{BitRate, Frame};
 use plumbline::time::{Duration, Instant, after, millis, reached};
 
 /// Frames of one client that may wait for the bus; more are refused with BEL.
-const QUEUE_MAX: usize = 50_000;
+pub(super) const QUEUE_MAX: usize = 50_000;
 
 /// How long the frames of a client that has closed its channel or disconnected may still wait for the bus.
 const LINGER: Duration = millis(1000);
@@ -68,6 +69,8 @@ pub(super) struct AdapterPort<'a> {
     pub(super) bus: &'a mut Bus,
     pub(super) adapter: &'a mut AdapterId,
     pub(super) leaving: &'a mut Leaving,
+    /// The faults of the frames to the bus.
+    pub(super) to_bus: &'a mut Passage,
 }
 
 impl Port for AdapterPort<'_> {
@@ -76,16 +79,19 @@ impl Port for AdapterPort<'_> {
     }
 
     fn close(&mut self) {
+        self.to_bus.clear();
         let next = self.bus.adapter();
         self.leaving
             .add(self.bus, std::mem::replace(self.adapter, next));
     }
 
     fn send(&mut self, frame: Frame) -> Result<(), QueueFull> {
-        if self.bus.queued(*self.adapter) >= QUEUE_MAX {
+        if self.bus.queued(*self.adapter) + self.to_bus.late() >= QUEUE_MAX {
             return Err(QueueFull);
         }
-        self.bus.send(*self.adapter, frame);
+        if let Some(frame) = self.to_bus.pass(self.bus.now(), frame) {
+            self.bus.send(*self.adapter, frame);
+        }
         Ok(())
     }
 }

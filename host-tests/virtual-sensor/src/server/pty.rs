@@ -4,7 +4,7 @@
 //! continues to run.
 
 use super::outbox::Outbox;
-use super::{Client, ClientId, Ended, Event, Events};
+use super::{Client, ClientId, Ended, Event, Events, Language};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::fs::{Mode, OFlags, open};
 use rustix::io::{Errno, ioctl_fionbio, read, write};
@@ -132,7 +132,7 @@ fn session(terminal: &Terminal, events: &Events) -> Result<(), Ended> {
         let over = Arc::clone(&over);
         move || over.store(true, Ordering::Release)
     });
-    events.send(Event::Joined(id, client))?;
+    events.send(Event::Joined(id, client, Language::Slcan))?;
     let result = thread::scope(|scope| {
         let writer = thread::Builder::new()
             .name(format!("write {id}"))

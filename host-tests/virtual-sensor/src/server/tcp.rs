@@ -1,7 +1,7 @@
 //! Clients on TCP: one thread accepts them; each has a thread that reads and one that writes.
 
 use super::outbox::Outbox;
-use super::{Client, ClientId, Ended, Event, Events};
+use super::{Client, ClientId, Ended, Event, Events, Language};
 use std::io::{self, Read, Write};
 use std::net::{Shutdown, TcpListener, TcpStream};
 use std::sync::Arc;
@@ -11,13 +11,18 @@ use std::time::Duration;
 /// A client that reads nothing for this time, while there is data for it, is dropped.
 const WRITE_TIMEOUT: Duration = Duration::from_secs(10);
 
-/// Accepts clients on `listener` as long as the server runs.
+/// Accepts clients that speak slcan on `listener` as long as the server runs.
 pub fn serve(listener: TcpListener, events: Events) -> io::Result<()> {
+    accept(listener, events, Language::Slcan)
+}
+
+/// Accepts clients that speak this language on `listener` as long as the server runs.
+pub fn accept(listener: TcpListener, events: Events, language: Language) -> io::Result<()> {
     let accept = move || {
         loop {
             let joined = listener
                 .accept()
-                .and_then(|(stream, _)| join(stream, &events));
+                .and_then(|(stream, _)| join(stream, &events, language));
             // A client that could not join (already disconnected, too many files or threads) must not stop the server from
             // accepting others. The pause limits the processor load during a permanent shortage.
             if joined.is_err() {
@@ -30,7 +35,7 @@ pub fn serve(listener: TcpListener, events: Events) -> io::Result<()> {
 }
 
 /// Starts the two threads of a client.
-fn join(stream: TcpStream, events: &Events) -> io::Result<()> {
+fn join(stream: TcpStream, events: &Events, language: Language) -> io::Result<()> {
     // Without it, answers wait for the delayed acknowledgement of the client: 44 ms instead of 0.6 ms.
     stream.set_nodelay(true)?;
     stream.set_write_timeout(Some(WRITE_TIMEOUT))?;
@@ -47,18 +52,15 @@ fn join(stream: TcpStream, events: &Events) -> io::Result<()> {
     let events = events.clone();
     thread::Builder::new()
         .name(format!("read {id}"))
-        .spawn(move || session(reader, id, client, &events))?;
+        .spawn(move || {
+            events.send(Event::Joined(id, client, language))?;
+            session(reader, id, &events)
+        })?;
     Ok(())
 }
 
 /// Passes on the input of the client until it stops sending.
-fn session(
-    mut stream: TcpStream,
-    id: ClientId,
-    client: Client,
-    events: &Events,
-) -> Result<(), Ended> {
-    events.send(Event::Joined(id, client))?;
+fn session(mut stream: TcpStream, id: ClientId, events: &Events) -> Result<(), Ended> {
     let mut buffer = [0; 4096];
     loop {
         match stream.read(&mut buffer) {
@@ -94,7 +96,7 @@ mod tests {
         let (stream, _) = listener.accept().expect("it has connected");
         let same = stream.try_clone().expect("a socket");
         let (sender, _events) = sync_channel(1);
-        join(stream, &Events(sender)).expect("threads");
+        join(stream, &Events(sender), Language::Slcan).expect("threads");
         assert_eq!(same.nodelay().ok(), Some(true));
     }
 }

@@ -21,7 +21,10 @@ fn server(rate: BusRate) -> Server {
 fn join(server: &mut Server, lines: &[u8]) {
     let id = ClientId::next();
     let client = Client::new(Arc::default(), || {});
-    for event in [Event::Joined(id, client), Event::Input(id, lines.to_vec())] {
+    for event in [
+        Event::Joined(id, client, Language::Slcan),
+        Event::Input(id, lines.to_vec()),
+    ] {
         assert!(server.handle(event).is_ok());
     }
 }

@@ -2,6 +2,7 @@
 
 mod clock;
 mod command_line;
+mod control;
 mod fault;
 mod image;
 mod opening;

@@ -1,0 +1,289 @@
+//! What the requests of control clients do.
+
+use super::request::{MemoryFault, Request, Side, Topic, parse};
+use super::unit::{angles, seconds};
+use crate::server::passage::Rule;
+use crate::server::port::QUEUE_MAX;
+use crate::server::{ClientId, Clock, RunError, Server};
+use bench::fault::Fault;
+use bench::scene::{Axes, Scene, SceneError};
+use bench::{Sensor, Source};
+use can_wire::text;
+use plumbline::node::BusMode;
+use plumbline::time::{Duration, Instant, after};
+use serde_json::{Value, json};
+use std::path::Path;
+use stm32_sim::Microcontroller;
+
+/// The longest advance in s: the server does nothing else meanwhile.
+const LONGEST_ADVANCE: f64 = 600.0;
+
+/// The longest delay of a frame in s.
+const LONGEST_DELAY: f64 = 60.0;
+
+/// The members of the answer, or why the request was refused.
+pub(super) type Answer = Result<Value, String>;
+
+impl Server {
+    /// Performs the request in a line.
+    pub(super) fn perform(&mut self, id: ClientId, line: &[u8]) -> Result<Answer, RunError> {
+        Ok(match parse(line) {
+            Err(error) => Err(error),
+            Ok((request, Some(_))) if request.is_of_all() => {
+                Err("this request is not for one sensor".into())
+            }
+            Ok((Request::Advance { seconds }, _)) => match self.advance_limit(seconds) {
+                Err(error) => Err(error),
+                Ok(limit) => {
+                    self.advance_until(limit)?;
+                    Ok(json!({}))
+                }
+            },
+            Ok((request, sensor)) => self.change(id, request, sensor.as_deref()),
+        })
+    }
+
+    /// The index of the sensor with this name, or of the only one.
+    fn named(&self, name: Option<&str>) -> Result<usize, String> {
+        let names: Vec<&str> = self.units.iter().map(|unit| &*unit.name).collect();
+        let names = names.join(", ");
+        match name {
+            None if self.units.len() == 1 => Ok(0),
+            None => Err(format!("name the sensor: {names}")),
+            Some(name) => {
+                let at = self.units.iter().position(|unit| unit.name == name);
+                at.ok_or_else(|| format!("there is no sensor {name}, only {names}"))
+            }
+        }
+    }
+
+    /// The time at which an advance by this number of seconds ends.
+    fn advance_limit(&self, seconds: f64) -> Result<Instant, String> {
+        if self.clock != Clock::Client {
+            return Err(
+                "the time is that of the computer: start the sensor with --clock client".into(),
+            );
+        }
+        Ok(after(self.bus.now(), span(seconds, LONGEST_ADVANCE)?))
+    }
+
+    /// Performs a request that takes no time.
+    fn change(&mut self, id: ClientId, request: Request, sensor: Option<&str>) -> Answer {
+        let unit = self.named(sensor);
+        match request {
+            Request::Sensors {} => {
+                let units = self.units.iter();
+                let sensors: Vec<Value> = units
+                    .map(|unit| json!({ "sensor": unit.name, "model": unit.node_type.name }))
+                    .collect();
+                return Ok(json!({ "sensors": sensors }));
+            }
+            Request::State {} => return Ok(self.units[unit?].state(&mut self.bus)),
+            Request::Image {} => return Ok(self.units[unit?].image(&mut self.bus)),
+            Request::Tilt { x, y } => return self.play(unit?, |_, axes| Scene::tilt(x, y, axes)),
+            Request::Rate { x, y, seconds } => {
+                return self.play(unit?, |from, axes| Scene::turn(from, (x, y), seconds, axes));
+            }
+            Request::Sine { x, y, hertz } => {
+                return self.play(unit?, |from, axes| Scene::sine(from, (x, y), hertz, axes));
+            }
+            Request::Scene { file, csv } => {
+                return self.play(unit?, |_, _| read(file.as_deref(), csv.as_deref()));
+            }
+            Request::Temperature { celsius } => {
+                let celsius = within(celsius, -100.0, 200.0, "temperature in degC")?;
+                self.units[unit?].stage.set_temperature(celsius);
+            }
+            Request::Supply { volts } => {
+                let volts = within(volts, 0.0, 60.0, "supply in V")?;
+                self.units[unit?].stage.set_supply(volts);
+            }
+            Request::Accelerometer { fault } => {
+                let unit = unit?;
+                self.check_fault(unit, fault)?;
+                self.units[unit].stage.set_fault(self.bus.now(), fault);
+            }
+            Request::Memory { fault } => {
+                let flash = self.sensor(unit?).flash();
+                flash.fail_writes(fault == Some(MemoryFault::Programming));
+                flash.fail_erases(fault == Some(MemoryFault::Erasing));
+            }
+            Request::Damage {} => {
+                if !self.sensor(unit?).flash().corrupt_newest() {
+                    return Err("nothing was saved since the start of the program".into());
+                }
+            }
+            Request::Power { on } => {
+                let now = self.bus.now();
+                let sensor = self.sensor(unit?);
+                match on {
+                    true if !sensor.is_on() => sensor.power_on(now),
+                    false if sensor.is_on() => sensor.power_off(now),
+                    _ => {}
+                }
+                return Ok(json!({ "on": sensor.is_on(), "boots": sensor.boots() }));
+            }
+            Request::Restart {} => {
+                let now = self.bus.now();
+                let sensor = self.sensor(unit?);
+                sensor.power_cycle(now);
+                return Ok(json!({ "boots": sensor.boots() }));
+            }
+            Request::CutInSave { operations, seed } => {
+                let sensor = self.sensor(unit?);
+                if !sensor.is_on() {
+                    return Err("the sensor is off".into());
+                }
+                sensor.flash().cut_in_operation_after(operations, seed);
+            }
+            Request::BusOff {} => return self.drive_bus_off(unit?),
+            Request::Corrupt { count } => {
+                let of = match sensor {
+                    Some(_) => Some(Source::Device(self.units[unit?].device)),
+                    None => None,
+                };
+                self.bus.corrupt(count, of);
+            }
+            Request::HideAcknowledge { count } => self.bus.drop_acknowledges(count),
+            Request::Lose {
+                count,
+                from,
+                identifier,
+            } => return self.disturb(count, from, identifier.as_deref(), None),
+            Request::Delay {
+                count,
+                from,
+                identifier,
+                seconds,
+            } => {
+                let delay = span(seconds, LONGEST_DELAY)?;
+                return self.disturb(count, from, identifier.as_deref(), Some(delay));
+            }
+            Request::Send { frame } => {
+                let frame = text::parse(&frame)?;
+                let adapter = self.adapter_of(id).ok_or("the client has left")?;
+                if self.bus.queued(adapter) >= QUEUE_MAX {
+                    return Err(format!("{QUEUE_MAX} frames already wait for the bus"));
+                }
+                self.bus.send(adapter, frame);
+            }
+            // `perform` has done it.
+            Request::Advance { .. } => {}
+            Request::Subscribe { events } => {
+                if events.contains(&Topic::Frames) {
+                    self.adapter_of(id);
+                }
+                if let Some(control) = self.controls.get_mut(&id) {
+                    control.topics = events;
+                }
+            }
+        }
+        Ok(json!({}))
+    }
+
+    fn sensor(&mut self, unit: usize) -> &mut dyn Sensor {
+        self.bus.device_mut(self.units[unit].device)
+    }
+
+    /// Gives a sensor another scene, which `make` makes from its present angles and its axes.
+    fn play(
+        &mut self,
+        unit: usize,
+        make: impl FnOnce((f64, f64), Axes) -> Result<Scene, SceneError>,
+    ) -> Answer {
+        let (unit, now) = (&self.units[unit], self.bus.now());
+        let axes = unit.axes(&mut self.bus);
+        let scene = make(unit.stage.angles(now, axes), axes).map_err(|error| error.to_string())?;
+        let end = scene.end();
+        let to = end.map(|end| angles(scene.angles(end, axes), axes));
+        unit.stage.play(now, scene);
+        Ok(json!({
+            "scene": angles(unit.stage.angles(now, axes), axes),
+            "ends": end.map(|end| seconds(now) + seconds(end)),
+            "to": to,
+        }))
+    }
+
+    /// Refuses a fault that the accelerometer of a firmware image cannot have.
+    fn check_fault(&self, unit: usize, fault: Option<Fault>) -> Result<(), String> {
+        let device = self.bus.device(self.units[unit].device);
+        let chip = Microcontroller::of(device);
+        let is_adxl355 = chip.is_some_and(|chip| chip.io().adxl355.is_some());
+        match fault {
+            Some(fault @ (Fault::Silent | Fault::Stopped | Fault::Frozen)) if is_adxl355 => {
+                let name = fault.name();
+                Err(format!(
+                    "the ADXL355 of the simulated board has no fault {name}"
+                ))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// Disturbs the frames of a sensor until it is bus-off.
+    fn drive_bus_off(&mut self, unit: usize) -> Answer {
+        let device = self.units[unit].device;
+        let sensor = self.bus.device(device);
+        let takes_part = sensor.mode() == Some(BusMode::Normal);
+        let Some((errors, _)) = sensor.error_counters().filter(|_| takes_part) else {
+            return Err("the sensor does not take part in the bus".into());
+        };
+        // A frame on the wire may still end well, which takes 1 from the counter. Bus-off is above 255.
+        let errors = u32::from(errors).saturating_sub(1);
+        let frames = 256_u32.saturating_sub(errors).div_ceil(8);
+        self.bus.corrupt(frames, Some(Source::Device(device)));
+        Ok(json!({ "frames": frames }))
+    }
+
+    /// Disturbs the next frames between the clients and the bus.
+    fn disturb(
+        &mut self,
+        count: u32,
+        from: Side,
+        identifier: Option<&str>,
+        delay: Option<Duration>,
+    ) -> Answer {
+        let id_of = |digits: &str| {
+            let frame = text::parse(&format!("{digits}#"));
+            let what = "is not an identifier: it has 3 or 8 hexadecimal digits";
+            frame.map_or_else(|_| Err(format!("{digits} {what}")), |frame| Ok(frame.id()))
+        };
+        let rule = Rule {
+            count,
+            identifier: identifier.map(id_of).transpose()?,
+            delay,
+        };
+        for session in self.sessions.values_mut() {
+            session.passage(from).add(rule);
+        }
+        Ok(json!({ "clients": self.sessions.len() }))
+    }
+}
+
+/// A number of seconds as a span.
+fn span(seconds: f64, longest: f64) -> Result<Duration, String> {
+    if !(0.0..=longest).contains(&seconds) {
+        return Err(format!("the seconds are 0 to {longest}"));
+    }
+    Ok(Duration::from_ticks((seconds * 1e6).round() as u64))
+}
+
+/// The value if it is within these limits.
+fn within(value: Option<f64>, low: f64, high: f64, what: &str) -> Result<Option<f64>, String> {
+    match value {
+        Some(value) if !(low..=high).contains(&value) => {
+            Err(format!("the {what} is {low} to {high}"))
+        }
+        value => Ok(value),
+    }
+}
+
+fn read(file: Option<&Path>, csv: Option<&str>) -> Result<Scene, SceneError> {
+    match (file, csv) {
+        (Some(file), None) => Scene::recording(file),
+        (None, Some(csv)) => Scene::recorded(csv),
+        _ => Err(SceneError::Argument(
+            "a scene is either a file or a csv text".into(),
+        )),
+    }
+}
