@@ -315,6 +315,15 @@ pub enum Command {
         #[arg(long)]
         no_backup: bool,
     },
+    /// Say what is wrong with the bus: load, errors, duplicate identifiers, nobody acknowledging, a missing terminator, a wrong bit rate
+    Doctor {
+        /// How long to listen [default: 5]
+        #[arg(long, value_name = "S", allow_negative_numbers = true)]
+        seconds: Option<f64>,
+        /// Also ask the sensors; on a bus without traffic at the addresses as delivered
+        #[arg(long)]
+        active: bool,
+    },
     /// List the ports of this computer
     Ports,
     /// Print the completions for a shell
@@ -392,7 +401,7 @@ fn unused(command: &str) -> &'static [&'static str] {
         ],
         "decode" => &["yes", "config", "port", "rate"],
         "log" | "replay" => &["config"],
-        "send" => &["config", "id", "node", "mac", "address", "product", "eds"],
+        "doctor" | "send" => &["config", "id", "node", "mac", "address", "product", "eds"],
         "scan" => &["id", "node", "mac", "address", "product", "eds"],
         "node-id" => &["id", "mac", "address", "eds"],
         "mac" => &["id", "node", "address", "eds"],

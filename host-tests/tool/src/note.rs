@@ -133,6 +133,7 @@ texts! {
         DeliveredAgain(at: At) = "asking at the addresses as delivered again, with more time ({at})",
             "fragt bei {at} noch einmal auf den Adressen wie geliefert, mit mehr Zeit";
         Everybody(at: At) = "asking at all node-IDs and MAC IDs ({at})", "fragt bei {at} auf allen Node-IDs und MAC IDs";
+        Examines(frames: u64) = "listening: {frames} frames", "hört: {frames} Frames";
         Moves(spread: f64) = "the sensor is not at rest: spread {spread:.2} deg in 3 s", "der Sensor ist nicht in Ruhe: Streuung {spread:.2} deg in 3 s";
         NoAngleYet = "the sensor has no valid angle for 3 s without a break", "der Sensor hat nicht 3 s lang einen gültigen Winkel";
         Downloads(version: String) = "loading version {version} into the sensor", "lädt die Version {version} in den Sensor";

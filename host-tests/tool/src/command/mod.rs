@@ -2,6 +2,7 @@
 
 mod bus;
 pub mod calibrate;
+mod doctor;
 mod file;
 mod help;
 pub mod identity;
@@ -151,7 +152,11 @@ pub fn run_with(cli: &Cli, terminal: &mut Terminal, connect: Connect) -> Result<
     let mut last = Last::open(options.config.as_deref());
     let is_for_sensor = !matches!(
         cli.command,
-        Command::Scan { .. } | Command::Log { .. } | Command::Replay(_) | Command::Send(_)
+        Command::Scan { .. }
+            | Command::Log { .. }
+            | Command::Replay(_)
+            | Command::Send(_)
+            | Command::Doctor { .. }
     );
     let (full, mut is_filled) = last.complete(options, is_for_sensor, terminal);
     let mut bus = Bus {
@@ -308,6 +313,7 @@ fn on_bus(cli: &Cli, bus: &mut Bus, terminal: &mut Terminal) -> Result<(), Error
             let sender = Sender::open(bus.adapter()?, options.rate, seconds, terminal)?;
             send::send(sender, items, terminal)
         }
+        Command::Doctor { seconds, active } => doctor::examine(bus, *seconds, *active, terminal),
         Command::Update {
             file,
             downgrade,

@@ -132,6 +132,7 @@ errors! {
             "eine Anfrage hat nach ihrem Code höchstens 7 Bytes Daten";
         LongRequest: Usage "too-long" = "an explicit request has at most four bytes of data",
             "eine explizite Anfrage hat höchstens vier Bytes Daten";
+        BusFaults(count: usize): Refused "bus-faults" = "faults of the bus: {count}", "Fehler des Busses: {count}";
         Different(count: usize, path: String): Refused "different" = "{count} settings of the sensor differ from {path}",
             "{count} Einstellungen des Sensors sind anders als in {path}";
     }

@@ -2,6 +2,7 @@
 
 use super::adjust::What;
 use super::align::Aligned;
+use super::doctor;
 use super::identity::Told;
 use crate::cli::NewRate;
 use crate::master::j1939::address::Shown as Address;
@@ -127,6 +128,8 @@ pub enum Report {
     Identity(Box<Told>),
     /// The offset of the mounting is zero.
     Aligned(Aligned),
+    /// What is wrong with the bus.
+    Doctor(doctor::Report),
 }
 
 /// The angles after the present position has become a reference.
@@ -172,6 +175,7 @@ impl Report {
             }
             Self::Identity(told) => told.lines(),
             Self::Aligned(aligned) => aligned.lines(),
+            Self::Doctor(report) => report.lines(),
         }
     }
 }

@@ -223,7 +223,8 @@ fn asked(link: &mut Link, target: Target, most: usize) -> Result<Option<Row>, Er
     Ok(None)
 }
 
-fn report(link: &Link, terminal: &mut Terminal) {
+/// Says what was sent.
+pub(crate) fn report(link: &Link, terminal: &mut Terminal) {
     if link.sent().is_empty() {
         terminal.note(match link.takes_part() {
             true => &Note::OnlyAcknowledged,

@@ -79,6 +79,16 @@ pub struct Sighting {
 }
 
 impl Sighting {
+    /// Its protocol and address, with what it has told besides in a message of its own; None: process data only, or no address.
+    pub(crate) fn told(&self) -> Option<(String, String)> {
+        let Row::Heard(heard) = &self.row else {
+            return None;
+        };
+        let address = heard.address.as_ref().filter(|_| heard.by == By::Message)?;
+        let told = format!("{:?} {:?}", heard.serial, heard.text);
+        Some((format!("{} {address}", heard.protocol), told))
+    }
+
     /// The name of its protocol in documents.
     fn protocol(&self) -> &'static str {
         self.row.address().0

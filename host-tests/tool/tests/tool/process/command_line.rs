@@ -186,6 +186,8 @@ const ALL: &[(&str, &str, i32)] = &[
     ("", "image is2.elf -o new.plu", 0),
     // The demonstration has no bootloader.
     ("demo:is2", "update new.plu", 1),
+    // The sensor as delivered sends nothing by itself.
+    ("demo:is2", "doctor --seconds 1 --rate 250", 1),
     ("demo:is2", "ports", 0),
     ("demo:is2", "completions bash", 0),
 ];

@@ -1,0 +1,415 @@
+//! `doctor`: what is wrong with a bus, and what to do next. It only listens, unless it may ask.
+
+pub(crate) mod traffic;
+
+use crate::adapter::Adapter;
+use crate::connect::{self, RATES};
+use crate::error::Error;
+use crate::identify;
+use crate::link::{Link, stopped};
+use crate::master::factory_targets;
+use crate::master::fsc::request::shown;
+use crate::note::Step;
+use crate::output::{Progress, Terminal};
+use crate::scan::listen::{self, Frames};
+use crate::scan::passive::{self, Sighting};
+use crate::scan::{self, kbits};
+use crate::texts::texts;
+use plumbline::can::{BitRate, Frame};
+use plumbline::time::{Duration, Instant, after, millis};
+use serde::{Serialize, Serializer};
+use serde_json::{Value, json};
+use traffic::Traffic;
+
+/// The load from which on frames of low priority wait long, in percent.
+const BUSY: f64 = 70.0;
+
+/// The errors from which on a bus is disturbed: one in so many frames.
+const RARE: u64 = 100;
+
+/// The frames that are kept to recognise nodes.
+const KEPT: usize = 20_000;
+
+/// How often the progress is shown.
+const SHOWN: Duration = millis(1000);
+
+/// How long it listens if the user does not say it.
+pub const USUAL: Duration = millis(5000);
+
+/// The options.
+#[derive(Clone, Copy, Debug)]
+pub struct Request {
+    /// The bit rate that the bus must have; None: the one that is heard.
+    pub rate: Option<BitRate>,
+    /// How long it listens.
+    pub time: Duration,
+    /// Also asks the sensors, and on a bus without traffic at the addresses as delivered.
+    pub active: bool,
+}
+
+texts! {
+    /// What is wrong, and what to do next.
+    Finding {
+        Silent = "no frame and no error was seen: check power and wiring of the sensors. A GEMAC sensor as delivered sends nothing by itself: `plumbline doctor --active` or `plumbline scan --active` asks it",
+            "kein Frame und kein Fehler: Prüfen Sie Versorgung und Verdrahtung der Sensoren. Ein GEMAC-Sensor wie geliefert sendet von selbst nichts: `plumbline doctor --active` oder `plumbline scan --active` fragt ihn";
+        OnlyErrors(errors: u64) = "{errors} errors and no valid frame at any bit rate: check for CAN_H and CAN_L exchanged or shorted, and whether two nodes have different bit rates; connect the nodes one after the other",
+            "{errors} Fehler und kein gültiger Frame auf einer Bitrate: Prüfen Sie, ob CAN_H und CAN_L vertauscht oder kurzgeschlossen sind und ob zwei Knoten verschiedene Bitraten haben; schließen Sie die Knoten nacheinander an";
+        WrongRate(given: &'static str, own: &'static str) = "the bus has {own}, not {given}: use --rate of the bus, or change the node with `plumbline rate`",
+            "der Bus hat {own}, nicht {given}: Verwenden Sie die Bitrate des Busses, oder ändern Sie die des Knotens";
+        Unacknowledged(id: String) = "nobody acknowledges {id}, it is repeated all the time: its sender is alone on the bus. Connect and switch on a second node, check the wires between both and that both have the same bit rate",
+            "niemand bestätigt {id}, er wird ständig wiederholt: Sein Sender ist allein am Bus. Schließen Sie einen zweiten Knoten an und schalten ihn ein, prüfen Sie die Leitung zwischen beiden und dass beide dieselbe Bitrate haben";
+        NotTaken(errors: u64) = "nobody acknowledges the frames of the adapter ({errors} errors): no node is switched on at this bit rate, or a wire is broken. Check power and wires, and try another --rate",
+            "niemand bestätigt die Frames des Adapters ({errors} Fehler): Auf dieser Bitrate ist kein Knoten eingeschaltet, oder eine Leitung ist unterbrochen. Prüfen Sie Versorgung und Leitungen, und versuchen Sie eine andere Bitrate";
+        Disturbed(errors: u64, frames: u64) = "{errors} errors in {frames} frames of several identifiers: probably a terminator is missing. Switch the power off and measure 60 ohm between CAN_H and CAN_L (120 ohm: one is missing); then check shield, length of stubs and cables",
+            "{errors} Fehler in {frames} Frames mehrerer Identifier: Wahrscheinlich fehlt ein Abschlusswiderstand. Schalten Sie die Versorgung aus, und messen Sie 60 Ohm zwischen CAN_H und CAN_L (120 Ohm: einer fehlt); prüfen Sie dann Schirm, Länge der Stichleitungen und Kabel";
+        OneDisturbed(id: String, errors: u64) = "{errors} errors, nearly all before frames with {id}: two nodes send it, or its sender has a bad connection or another bit timing. Disconnect one node after the other until the errors end",
+            "{errors} Fehler, fast alle vor Frames mit {id}: Zwei Knoten senden ihn, oder sein Sender hat eine schlechte Verbindung oder ein anderes Bit-Timing. Trennen Sie einen Knoten nach dem anderen, bis die Fehler enden";
+        Doubled(id: String) = "two nodes seem to send {id}: its intervals alternate. Connect one of them alone and give it another address",
+            "zwei Knoten senden anscheinend {id}: Seine Abstände wechseln sich ab. Schließen Sie einen davon allein an, und geben Sie ihm eine andere Adresse";
+        SameAddress(address: String) = "two nodes have told the address {address}: connect one of them alone and give it another one",
+            "zwei Knoten haben die Adresse {address} genannt: Schließen Sie einen davon allein an, und geben Sie ihm eine andere";
+        Twins(told: Error) = "{told}", "{told}";
+        Busy(load: f64) = "the bus load is {load} %: frames of low priority wait long. Make the periods longer, or use a higher bit rate",
+            "die Buslast ist {load} %: Frames mit niedriger Priorität warten lange. Verlängern Sie die Perioden, oder verwenden Sie eine höhere Bitrate";
+        Overruns(count: u64) = "the adapter has lost at least {count} frames, so the figures are too low: close other programs, or use a faster adapter",
+            "der Adapter hat mindestens {count} Frames verloren, deshalb sind die Zahlen zu klein: Schließen Sie andere Programme, oder verwenden Sie einen schnelleren Adapter";
+    }
+}
+
+impl Finding {
+    /// The name for programs.
+    pub const fn code(&self) -> &'static str {
+        match self {
+            Self::Silent => "silent",
+            Self::OnlyErrors(_) => "only-errors",
+            Self::WrongRate(..) => "wrong-rate",
+            Self::Unacknowledged(_) | Self::NotTaken(_) => "nobody-acknowledges",
+            Self::Disturbed(..) => "probable-missing-terminator",
+            Self::OneDisturbed(..) => "errors-of-one-identifier",
+            Self::Doubled(_) => "duplicate-identifier",
+            Self::SameAddress(_) | Self::Twins(_) => "duplicate-address",
+            Self::Busy(_) => "high-load",
+            Self::Overruns(_) => "overruns",
+        }
+    }
+}
+
+impl Serialize for Finding {
+    fn serialize<S: Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
+        json!({"code": self.code(), "message": self.to_string()}).serialize(to)
+    }
+}
+
+/// What was seen.
+#[derive(Clone, Debug, Serialize)]
+pub struct Report {
+    /// The bit rate in kbit/s; None: unknown.
+    pub rate: Option<Value>,
+    /// How long it has listened, in s.
+    pub seconds: f64,
+    /// The valid frames.
+    pub frames: u64,
+    /// The bus load in percent; None: the bit rate is unknown.
+    pub load: Option<f64>,
+    /// The errors; None: the adapter does not tell them.
+    pub errors: Option<u64>,
+    /// The identifiers.
+    pub identifiers: Vec<Row>,
+    /// The sensors that have answered.
+    pub sensors: Vec<String>,
+    /// What is wrong.
+    pub findings: Vec<Finding>,
+}
+
+/// An identifier.
+#[derive(Clone, Debug, Serialize)]
+pub struct Row {
+    /// In hexadecimal.
+    pub id: String,
+    /// Its frames.
+    pub frames: u64,
+    /// The errors before its frames; None: the adapter does not tell when they happen.
+    pub errors: Option<u64>,
+}
+
+impl Report {
+    /// For people.
+    pub fn lines(&self) -> Vec<String> {
+        let rate = self.rate.as_ref();
+        let rate = rate.map_or("unknown bit rate".to_owned(), |rate| {
+            format!("{rate} kbit/s")
+        });
+        let load = self
+            .load
+            .map_or("unknown".to_owned(), |load| format!("{load} %"));
+        let errors = self
+            .errors
+            .map_or("not told by the adapter".to_owned(), |own| own.to_string());
+        let mut lines = vec![format!(
+            "{rate}, {} s: {} frames, bus load {load}, errors {errors}",
+            self.seconds, self.frames
+        )];
+        for Row { id, frames, errors } in &self.identifiers {
+            let errors = errors.map_or(String::new(), |errors| format!(", {errors} errors"));
+            lines.push(format!("  {id}: {frames} frames{errors}"));
+        }
+        lines.extend(
+            self.sensors
+                .iter()
+                .map(|sensor| format!("  answers: {sensor}")),
+        );
+        lines.extend(self.findings.iter().map(Finding::to_string));
+        if self.findings.is_empty() {
+            lines.push("no fault was found".to_owned());
+        }
+        lines
+    }
+}
+
+/// Listens to a bus, and says what is wrong with it.
+///
+/// # Errors
+/// The adapter fails, a question was answered with no, or the user has pressed Ctrl-C.
+pub(crate) fn doctor(
+    adapter: Box<dyn Adapter>,
+    request: Request,
+    terminal: &mut Terminal,
+) -> Result<Report, Error> {
+    let mut link = Link::new(adapter, &terminal.stopped);
+    let examined = examine(&mut link, request, terminal);
+    terminal.hide();
+    link.close();
+    scan::report(&link, terminal);
+    examined
+}
+
+fn examine(link: &mut Link, request: Request, terminal: &mut Terminal) -> Result<Report, Error> {
+    let mut findings = Vec::new();
+    let sets_rate = link.adapter().capabilities().sets_rate;
+    let mut rate = request.rate;
+    let mut seen = match (rate, sets_rate) {
+        (None, true) => None,
+        _ => Some(Seen::listen(link, rate, request.time, terminal)?),
+    };
+    if seen.as_ref().is_none_or(|seen| seen.traffic.frames == 0) && sets_rate {
+        let heard = connect::traffic(link, terminal)?;
+        if let Some(heard) = heard {
+            if let (Some(given), Some(own)) = (rate, heard.rate) {
+                findings.push(Finding::WrongRate(given.name(), own.name()));
+            }
+            rate = heard.rate;
+            seen = Some(Seen::listen(link, rate, request.time, terminal)?);
+        }
+    }
+    let seen = match seen {
+        Some(seen) => seen,
+        None => Seen::listen(link, Some(RATES[0]), millis(0), terminal)?,
+    };
+    findings.extend(seen.findings());
+    let mut sensors = Vec::new();
+    if request.active {
+        active(link, rate, &seen, &mut sensors, &mut findings)?;
+    }
+    Ok(seen.report(sensors, findings))
+}
+
+/// What was seen at a bit rate.
+struct Seen {
+    rate: Option<BitRate>,
+    passed: Duration,
+    traffic: Traffic,
+    frames: Vec<(Instant, Frame)>,
+    errors: Option<u64>,
+    overruns: Option<u64>,
+    /// The adapter tells errors when they happen.
+    tells: bool,
+}
+
+impl Seen {
+    fn listen(
+        link: &mut Link,
+        rate: Option<BitRate>,
+        time: Duration,
+        terminal: &mut Terminal,
+    ) -> Result<Self, Error> {
+        listen::open(link, rate, terminal)?;
+        let rate = link.rate();
+        let tells = link.adapter().capabilities().reports_errors;
+        let (start, mut counted) = (link.now(), 0);
+        let until = after(start, time);
+        let (mut traffic, mut frames) = (Traffic::default(), Vec::new());
+        let mut next = start;
+        loop {
+            let now = link.now();
+            if link.is_stopped() {
+                return Err(stopped());
+            }
+            if now >= next {
+                next = after(next, SHOWN);
+                let done = now.ticks().saturating_sub(start.ticks()) / SHOWN.ticks();
+                let total = time.ticks().div_ceil(SHOWN.ticks()) as usize;
+                let step = Step::Examines(traffic.frames);
+                let progress = Progress {
+                    done: done as usize,
+                    total,
+                    step: &step,
+                };
+                terminal.progress(progress, None);
+            }
+            let Some((at, frame)) = link.receive(next.min(until))? else {
+                if link.now() >= until {
+                    break;
+                }
+                continue;
+            };
+            if at >= until {
+                break;
+            }
+            let errors = tells.then(|| link.adapter().errors()).flatten();
+            let errors = errors.unwrap_or(0);
+            traffic.take(at, &frame, errors.saturating_sub(counted), rate);
+            counted = errors;
+            if frames.len() < KEPT {
+                frames.push((at, frame));
+            }
+        }
+        let passed = link.now().ticks().min(until.ticks()) - start.ticks();
+        let (errors, overruns) = (link.adapter().errors(), link.adapter().overruns());
+        link.close();
+        Ok(Self {
+            rate,
+            passed: Duration::from_ticks(passed),
+            traffic,
+            frames,
+            errors,
+            overruns,
+            tells,
+        })
+    }
+
+    fn load(&self) -> Option<f64> {
+        self.traffic.load(self.rate, self.passed.ticks())
+    }
+
+    fn findings(&self) -> Vec<Finding> {
+        let (frames, errors) = (self.traffic.frames, self.errors.unwrap_or(0));
+        let mut findings = Vec::new();
+        findings.extend(
+            self.overruns
+                .filter(|count| *count > 0)
+                .map(Finding::Overruns),
+        );
+        match (frames, errors) {
+            (0, 0) => findings.push(Finding::Silent),
+            (0, _) => findings.push(Finding::OnlyErrors(errors)),
+            _ => {}
+        }
+        if frames == 0 {
+            return findings;
+        }
+        // Each repetition is an error too, and the load is that of one sender.
+        if self.traffic.is_unacknowledged() {
+            let id = self.traffic.identifiers.first().map(|own| shown(own.id));
+            findings.push(Finding::Unacknowledged(id.unwrap_or_default()));
+            return findings;
+        }
+        if errors * RARE > frames {
+            findings.push(match self.traffic.disturbed().filter(|_| self.tells) {
+                Some(own) => Finding::OneDisturbed(shown(own.id), own.errors),
+                None => Finding::Disturbed(errors, frames),
+            });
+        }
+        let doubled = self.traffic.doubled();
+        findings.extend(doubled.map(|id| Finding::Doubled(shown(id))));
+        findings.extend(same_addresses(&self.frames));
+        findings.extend(self.load().filter(|load| *load >= BUSY).map(Finding::Busy));
+        findings
+    }
+
+    fn report(self, sensors: Vec<String>, findings: Vec<Finding>) -> Report {
+        let rows = self.traffic.identifiers.iter().map(|own| Row {
+            id: shown(own.id),
+            frames: own.frames,
+            errors: self.tells.then_some(own.errors),
+        });
+        let load = self.load();
+        Report {
+            rate: self.rate.map(kbits),
+            seconds: self.passed.ticks() as f64 / 1e6,
+            frames: self.traffic.frames,
+            load,
+            errors: self.errors,
+            identifiers: rows.collect(),
+            sensors,
+            findings,
+        }
+    }
+}
+
+/// Nodes with one address that have told different things.
+fn same_addresses(frames: &Frames) -> Vec<Finding> {
+    let sightings = passive::sightings(frames);
+    let told: Vec<_> = sightings.iter().filter_map(Sighting::told).collect();
+    let mut findings: Vec<Finding> = Vec::new();
+    for (place, (address, text)) in told.iter().enumerate() {
+        let mut earlier = told[..place].iter();
+        let is_other = earlier.any(|(own, other)| own == address && other != text);
+        let finding = Finding::SameAddress(address.clone());
+        if is_other && !findings.contains(&finding) {
+            findings.push(finding);
+        }
+    }
+    findings
+}
+
+/// Asks the sensors that were heard; on a bus without traffic, those at the addresses as delivered.
+fn active(
+    link: &mut Link,
+    rate: Option<BitRate>,
+    seen: &Seen,
+    sensors: &mut Vec<String>,
+    findings: &mut Vec<Finding>,
+) -> Result<(), Error> {
+    let is_silent = seen.traffic.frames == 0;
+    let sightings = passive::sightings(&seen.frames);
+    let heard = sightings.iter().filter(|sighting| sighting.is_sure);
+    let targets = match is_silent {
+        true => factory_targets(),
+        false => heard.filter_map(|sighting| sighting.target).collect(),
+    };
+    let rates: Vec<Option<BitRate>> = match (rate, link.adapter().capabilities().sets_rate) {
+        (None, true) => RATES.map(Some).to_vec(),
+        _ => vec![rate],
+    };
+    for rate in &rates {
+        if !link.try_rate(*rate, &rates)? {
+            continue;
+        }
+        let mut told = Vec::new();
+        for target in &targets {
+            // A sensor that detects the bit rate needs a frame before it answers.
+            let mut answer = identify::ask(link, *target, identify::QUICK)?;
+            if answer.is_none() {
+                answer = identify::ask(link, *target, identify::PATIENT)?;
+            }
+            told.extend(answer);
+        }
+        let errors = link.adapter().errors().unwrap_or(0);
+        link.close();
+        for found in &told {
+            sensors.push(found.line(*rate));
+            if !found.twins.is_empty() {
+                findings.push(Finding::Twins(found.twins().into()));
+            }
+        }
+        if !told.is_empty() {
+            findings.retain(|finding| *finding != Finding::Silent);
+            return Ok(());
+        }
+        if is_silent && rates.len() == 1 && errors > 0 {
+            findings.retain(|finding| *finding != Finding::Silent);
+            findings.push(Finding::NotTaken(errors));
+        }
+    }
+    Ok(())
+}
