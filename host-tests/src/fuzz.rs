@@ -52,7 +52,7 @@ fn bytes(source: &mut impl Source) -> Vec<u8> {
 }
 
 /// A value for this parameter; most of them are permitted.
-fn value(parameter: &Parameter, source: &mut impl Source) -> u32 {
+pub fn value(parameter: &Parameter, source: &mut impl Source) -> u32 {
     let raw = source.number();
     if source.byte() < 32 {
         return raw;
