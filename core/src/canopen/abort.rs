@@ -51,6 +51,8 @@ pub enum Abort {
     TooLow = 0x0609_0032,
     /// 0800 0020h: the signature is wrong. Nothing is stored or restored.
     Signature = 0x0800_0020,
+    /// 0800 0021h: the device itself does not permit it: a program without the signature of its key.
+    LocalControl = 0x0800_0021,
     /// 0800 0022h: not possible in the present state of the device.
     DeviceState = 0x0800_0022,
     /// 0800 0024h: there is nothing to read, as for an error in the history that did not occur.

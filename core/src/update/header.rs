@@ -3,11 +3,14 @@
 //! # The file
 //!
 //! ```text
-//!  byte 0        64                     64 + length
-//!       +--------+----------------------+
-//!       | header | body                 |
-//!       +--------+----------------------+
+//!  byte 0        64            64 (2572)              + length
+//!       +--------+-------------+----------------------+
+//!       | header | (signature) | body                 |
+//!       +--------+-------------+----------------------+
 //! ```
+//!
+//! The [signature](super::lms) has 2508 bytes and is there if the key id is not 0. It is of the 64 bytes of the header, which has the SHA-256
+//! of the body.
 //!
 //! The body is the contents of the slot from its first byte, with FFh in place of the header: the vectors, the header at byte
 //! [`PLACE`], the code. Its length is a multiple of 4.
@@ -23,12 +26,15 @@
 //! ```
 //!
 //! Numbers are little-endian. The product is the number of its [`ImageId`](crate::store::ImageId). The version is 65536 * major + 256 * minor + patch; a higher
-//! number is a newer program. The key id is 0 for an image without a signature. The commit is programmed to 0000h at the end of an update.
+//! number is a newer program. The key id is 0 for an image without a signature, otherwise
+//! the first two bytes of the identifier of the key. The commit is programmed to 0000h at the end of an update.
 //!
 //! Both CRCs are CRC-32/MPEG-2 of words in the order of the CRC unit of an STM32: the most significant byte of each little-endian word
 //! first. That of the body counts FFh in place of the header. That of the first page is of bytes 0 to [`PAGE`] of the slot with the header in
 //! its place, and FFh from its CRC on. So it covers product and board before anything is erased.
 
+use super::failure::Failure;
+use super::lms::{Signature, sha256};
 use crc::{CRC_32_MPEG_2, Crc, NoTable};
 
 /// The length of a header in bytes.
@@ -75,23 +81,6 @@ pub struct Device {
     pub board: u16,
     /// The layout of its memory.
     pub layout: u8,
-}
-
-/// The reason why an image is refused. Nothing was erased.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum Unfit {
-    /// The file does not begin with a header of this format.
-    Format,
-    /// The first page has another CRC.
-    Damaged,
-    /// The image is for another product.
-    Product,
-    /// The image is for another board, or for another layout of its memory.
-    Board,
-    /// The body does not fit into the slot, ends in the first page, or is not a whole number of words.
-    Length,
-    /// The version is lower than that of the present program.
-    Older,
 }
 
 impl Header {
@@ -172,6 +161,19 @@ impl Header {
         (number(&self.0, 8) >> 16) as u16
     }
 
+    /// The length of the signature behind it in the file, in bytes.
+    pub fn signature(&self) -> usize {
+        match self.key() {
+            0 => 0,
+            _ => Signature::SIGNATURE,
+        }
+    }
+
+    /// Whether its SHA-256 is that of this body.
+    pub fn is_of(&self, body: &[u8]) -> bool {
+        self.0.get(24..COVERED) == Some(&sha256(&body_parts(body)))
+    }
+
     /// The version: 65536 * major + 256 * minor + patch.
     pub fn version(&self) -> u32 {
         number(&self.0, 12)
@@ -200,18 +202,18 @@ impl Header {
         device: &Device,
         size: usize,
         present: Option<u32>,
-    ) -> Result<(), Unfit> {
+    ) -> Result<(), Failure> {
         let length = self.length();
         if first_page != self.first_page() {
-            Err(Unfit::Damaged)
+            Err(Failure::Damaged)
         } else if self.board() != device.board || self.layout() != device.layout {
-            Err(Unfit::Board)
+            Err(Failure::Board)
         } else if device.product.is_some_and(|own| own != self.product()) {
-            Err(Unfit::Product)
+            Err(Failure::Product)
         } else if !(PAGE..=size).contains(&length) || !length.is_multiple_of(4) {
-            Err(Unfit::Length)
+            Err(Failure::Size)
         } else if present.is_some_and(|present| self.version() < present) {
-            Err(Unfit::Older)
+            Err(Failure::Older)
         } else {
             Ok(())
         }

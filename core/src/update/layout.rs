@@ -13,6 +13,8 @@ pub struct Layout {
     pub start: u32,
     /// The size of the slot in bytes.
     pub size: usize,
+    /// The address of the public key, in the write-protected flash of the bootloader. A probe programs it.
+    pub key: u32,
 }
 
 /// Blue Pill: one slot of 53 KiB behind 8 KiB for the bootloader.
@@ -22,6 +24,7 @@ pub const BLUEPILL: Layout = Layout {
     number: 1,
     start: 0x0800_2000,
     size: 53 * 1024,
+    key: 0x0800_1FC0,
 };
 
 /// All layouts.

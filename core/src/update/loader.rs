@@ -3,68 +3,10 @@
 //! The first page of the body stays in RAM until all other pages are in the flash: without it there is no program. The flash of the present
 //! program is not changed until the header has been checked.
 
-use super::header::{COMMIT, Device, Header, PAGE, PLACE, SIZE, Unfit, first_page_parts};
-use super::slot::{Program, Slot, SlotError};
-
-/// The state of the program, with its number in object 1F57h (CiA 302-3).
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-#[repr(u32)]
-pub enum Status {
-    /// No error.
-    Good = 0,
-    /// There is no valid program.
-    NoProgram = 1 << 1,
-    /// The format of the file is unknown, or it is for another device.
-    Format = 2 << 1,
-    /// The data are damaged.
-    Data = 3 << 1,
-    /// The program must be cleared before a download.
-    NotCleared = 4 << 1,
-    /// The flash could not be erased or programmed.
-    Write = 5 << 1,
-    /// The version is lower than that of the present program.
-    Secured = 7 << 1,
-}
-
-/// The reason why a download ends. The flash is as it was before, if it is [`Unfit`].
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum Failure {
-    /// The image is for another device, or older.
-    Unfit(Unfit),
-    /// A download was not begun with a clear command.
-    NotCleared,
-    /// The file is longer or shorter than its header says.
-    Length,
-    /// The program has another CRC than its header says.
-    Data,
-    /// The flash failed.
-    Slot,
-}
-
-impl From<SlotError> for Failure {
-    fn from(SlotError: SlotError) -> Self {
-        Self::Slot
-    }
-}
-
-impl From<Unfit> for Failure {
-    fn from(unfit: Unfit) -> Self {
-        Self::Unfit(unfit)
-    }
-}
-
-impl Failure {
-    /// The status after it.
-    pub const fn status(self) -> Status {
-        match self {
-            Self::Unfit(Unfit::Older) => Status::Secured,
-            Self::Unfit(Unfit::Damaged) | Self::Data | Self::Length => Status::Data,
-            Self::Unfit(_) => Status::Format,
-            Self::NotCleared => Status::NotCleared,
-            Self::Slot => Status::Write,
-        }
-    }
-}
+use super::failure::{Failure, Status};
+use super::header::{COMMIT, Device, Header, PAGE, PLACE, SIZE, first_page_parts};
+use super::lms::Signature;
+use super::slot::{Program, Slot};
 
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 enum Stage {
@@ -88,10 +30,13 @@ pub struct Loader {
     downgrade: bool,
     /// The number of bytes of the file so far.
     received: usize,
+    /// The length of the signature in the file in bytes.
+    signed: usize,
     /// The length of the body.
     length: usize,
     /// The first page of the body, with the header.
     first: [u8; PAGE],
+    signature: [u8; Signature::SIGNATURE],
     /// A part of the body that is not programmed yet.
     rest: [u8; PIECE],
 }
@@ -110,8 +55,10 @@ impl Loader {
             status: Status::Good,
             downgrade: false,
             received: 0,
+            signed: 0,
             length: 0,
             first: [0; PAGE],
+            signature: [0; _],
             rest: [0; PIECE],
         }
     }
@@ -154,9 +101,12 @@ impl Loader {
         let result = bytes.iter().try_for_each(|byte| {
             let place = self.received;
             self.received += 1;
-            match (self.stage, place.checked_sub(SIZE)) {
+            match (self.stage, place.checked_sub(self.before::<S>())) {
                 (Stage::Closed, _) => Err(Failure::NotCleared),
-                (Stage::Heading, None) => self.take_header(place, *byte),
+                (Stage::Heading, None) => {
+                    self.take_header::<S>(place, *byte);
+                    Ok(())
+                }
                 (Stage::Heading, Some(place)) => {
                     self.take_first(slot, device, program, place, *byte)
                 }
@@ -185,18 +135,29 @@ impl Loader {
         result
     }
 
-    fn take_header(&mut self, place: usize, byte: u8) -> Result<(), Failure> {
-        put(&mut self.first, PLACE + place, byte);
-        if place + 1 == SIZE {
-            self.header()?;
+    /// Takes a byte of the header or of the signature.
+    fn take_header<S: Slot>(&mut self, place: usize, byte: u8) {
+        match place.checked_sub(SIZE) {
+            Some(place) => put(&mut self.signature, place, byte),
+            None => put(&mut self.first, PLACE + place, byte),
         }
-        Ok(())
+        if S::SIGNATURES && place + 1 == SIZE {
+            self.signed = self.header().map_or(0, |header| header.signature());
+        }
+    }
+
+    /// The number of bytes in the file before the body.
+    fn before<S: Slot>(&self) -> usize {
+        match S::SIGNATURES {
+            true => SIZE + self.signed,
+            false => SIZE,
+        }
     }
 
     /// The header in the first page.
-    fn header(&self) -> Result<Header, Unfit> {
+    fn header(&self) -> Result<Header, Failure> {
         let bytes = self.first.get(PLACE..).and_then(<[u8]>::first_chunk);
-        bytes.and_then(Header::parse).ok_or(Unfit::Format)
+        bytes.and_then(Header::parse).ok_or(Failure::Format)
     }
 
     /// Takes a byte of the first page. The header is in its place already.
@@ -219,6 +180,12 @@ impl Loader {
         let present = present.filter(|_| !self.downgrade);
         let first_page = slot.crc(&first_page_parts(&self.first));
         header.check(first_page, device, S::SIZE, present)?;
+        let signature = self.signature.get(..self.signed);
+        if let Some(key) = slot.key()
+            && !signature.is_some_and(|it| key.verifies(header.bytes(), it))
+        {
+            return Err(Failure::Unsigned);
+        }
         self.length = header.length();
         self.stage = Stage::Loading;
         *program = Program::None;
@@ -251,7 +218,7 @@ impl Loader {
     fn complete<S: Slot>(&mut self, slot: &mut S) -> Result<Program, Failure> {
         match self.stage {
             Stage::Closed => return Err(Failure::NotCleared),
-            Stage::Loading if self.received == SIZE + self.length => {}
+            Stage::Loading if self.received == self.before::<S>() + self.length => {}
             Stage::Heading | Stage::Loading => return Err(Failure::Length),
         }
         let (before, rest) = self.first.split_at(COMMIT);

@@ -1,8 +1,10 @@
 //! Firmware update over CAN: the program of a sensor is replaced by a bootloader that stays in the flash.
 //!
 //! - [`about`]: what the ELF file of a program says of it;
+//! - [`failure`]: the reasons why a download ends;
 //! - [`header`]: the image file, and what a program says of itself;
 //! - [`layout`]: the boards with a bootloader;
+//! - [`lms`]: the signature of an image file;
 //! - [`mod@slot`]: the flash of the program, and whether a program can be started;
 //! - [`loader`]: takes an image file in pieces, and never starts a mixture;
 //! - [`record`]: the identifiers and the bit rate with which the bootloader answers;
@@ -37,6 +39,12 @@
 //!  1F51h:01 = 1 (start)                     restart into the program
 //! ```
 //!
+//! # A signature
+//!
+//! A bootloader with a [key](Slot::key) takes only files with its [signature](lms) of the header. The header has the SHA-256 of the body, which
+//! is compared before the commit, also by the start after a power cut. A key in the boot record could be lost in the erase of its page, so
+//! its place is the [write-protected flash of the bootloader](Layout::key). Who has a probe can always replace it.
+//!
 //! # A power cut
 //!
 //! A program is complete when the last half-word of its header is 0000h. It is programmed after all other bytes were compared. Each start
@@ -44,8 +52,10 @@
 //! the [record] and of the parameters are outside of the slot.
 
 pub mod about;
+pub mod failure;
 pub mod header;
 pub mod layout;
+pub mod lms;
 pub mod loader;
 pub mod objects;
 pub mod record;
@@ -55,9 +65,11 @@ mod simulated;
 pub mod slot;
 
 pub use about::About;
-pub use header::{Contents, Device, Header, Unfit};
+pub use failure::{Failure, Status};
+pub use header::{Contents, Device, Header};
 pub use layout::Layout;
-pub use loader::{Failure, Loader, Status};
+pub use lms::PublicKey;
+pub use loader::Loader;
 pub use objects::Update;
 pub use record::{Contact, Record};
 pub use server::UpdateServer;

@@ -10,11 +10,14 @@
 //! | 1F56h:01 | u32 | ro | the CRC of the program; 0: none |
 //! | 1F57h:01 | u32 | ro | the [`Status`] of the last download |
 //!
-//! A download is refused with 0609 0030h if the image is for another device, with 0800 0022h if it is older or if 1F51h = 3 did not come before,
+//! A download is refused with 0609 0030h if the image is for another device, with 0800 0021h
+//! if the signature that the key of the sensor demands is missing or wrong, with 0800 0022h if it is older or if 1F51h = 3 did not come before,
 //! with 0800 0020h if it is damaged, with 0607 0010h if its length is not that of its header, and with 0606 0000h if the flash fails.
 
-use super::header::{self, Device, Header, Unfit};
-use super::loader::{Failure, Loader, Status};
+use super::failure::Status;
+use super::header::{self, Device, Header};
+use super::lms::Signature;
+use super::loader::Loader;
 use super::record::Record;
 use super::slot::{Program, Slot};
 use crate::canopen::Abort;
@@ -36,6 +39,14 @@ pub struct Update<S> {
 }
 
 impl<S: Slot> Update<S> {
+    /// The longest image file.
+    const LONGEST: usize = header::SIZE
+        + S::SIZE
+        + match S::SIGNATURES {
+            true => Signature::SIGNATURE,
+            false => 0,
+        };
+
     /// The bootloader of this device, whose slot has this program.
     pub fn new(slot: S, program: Program, device: Device, record: Option<Record>) -> Self {
         Self {
@@ -84,7 +95,7 @@ impl<S: Slot> Update<S> {
             (0x1018, 4) => record.map_or(0, Record::serial),
             (0x1F50, 1) => return Err(Abort::WriteOnly),
             (0x1F56, 1) => program.map_or(0, Header::body),
-            (0x1F57, 1) => self.status() as u32,
+            (0x1F57, 1) => u32::from(self.status() as u8),
             (0x1000 | 0x1001 | 0x1018 | 0x1F50 | 0x1F51 | 0x1F56 | 0x1F57, _) => {
                 return Err(Abort::NoSubIndex);
             }
@@ -123,7 +134,7 @@ impl<S: Slot> Update<S> {
     /// Begins a segmented or block download of this many bytes.
     pub fn begin(&self, address: Address, size: Option<u32>) -> Result<(), Abort> {
         match (address.index, address.sub) {
-            (0x1F50, 1) if size.is_some_and(|size| size as usize > header::SIZE + S::SIZE) => {
+            (0x1F50, 1) if size.is_some_and(|size| size as usize > Self::LONGEST) => {
                 Err(Abort::TooLong)
             }
             // Otherwise the rest of an interrupted download would be completed by the start of this one.
@@ -144,18 +155,6 @@ impl<S: Slot> Update<S> {
     /// Ends a download.
     pub fn finish(&mut self) -> Result<(), Abort> {
         Ok(self.loader.finish(&mut self.slot, &mut self.program)?)
-    }
-}
-
-impl From<Failure> for Abort {
-    fn from(failure: Failure) -> Self {
-        match failure {
-            Failure::Unfit(Unfit::Damaged) | Failure::Data => Self::Signature,
-            Failure::Unfit(Unfit::Older) | Failure::NotCleared => Self::DeviceState,
-            Failure::Unfit(_) => Self::Value,
-            Failure::Length => Self::Length,
-            Failure::Slot => Self::Hardware,
-        }
     }
 }
 

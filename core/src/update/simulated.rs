@@ -1,6 +1,7 @@
 //! A slot and image files for tests.
 
-use super::header::{Contents, Device, Header, PLACE, SIZE};
+use super::header::{Contents, Device, Header, PLACE, SIZE, body_parts};
+use super::lms::{PublicKey, Signature, sha256};
 use super::slot::{Slot, SlotError};
 use std::vec::Vec;
 
@@ -22,6 +23,8 @@ pub struct Flash {
     /// The operations so far.
     pub operations: usize,
     pub erases: usize,
+    /// The key of signatures.
+    pub key: Option<PublicKey>,
 }
 
 impl Flash {
@@ -31,6 +34,7 @@ impl Flash {
             power: None,
             operations: 0,
             erases: 0,
+            key: None,
         }
     }
 
@@ -51,6 +55,11 @@ impl Flash {
 impl Slot for Flash {
     const PAGE: usize = PAGE;
     const SIZE: usize = PAGE * PAGES;
+    const SIGNATURES: bool = true;
+
+    fn key(&self) -> Option<&PublicKey> {
+        self.key.as_ref()
+    }
 
     fn bytes(&self) -> &[u8] {
         &self.bytes
@@ -115,4 +124,26 @@ pub fn seal(mut body: Vec<u8>, version: u32) -> Vec<u8> {
     let mut file = header.bytes().to_vec();
     file.append(&mut body);
     file
+}
+
+/// The file with a signature, and a key with which it is correct: each signature is that of some key.
+pub fn sign(file: &[u8]) -> (Vec<u8>, PublicKey) {
+    let (header, body) = file.split_at(SIZE);
+    let contents = Contents {
+        product: 3,
+        board: 1,
+        layout: 1,
+        key: 0x0101,
+        version: Header::parse(header.try_into().unwrap()).unwrap().version(),
+        hash: sha256(&body_parts(body)),
+    };
+    let header = Header::new(&contents, body).unwrap();
+    let id = [1; 16];
+    let mut signature = [0x5A; Signature::SIGNATURE];
+    let [tree, one_time] = Signature::TYPES;
+    signature[..8].copy_from_slice(&[[0; 4], one_time].concat());
+    signature[40 + 32 * Signature::CHAINS..][..4].copy_from_slice(&tree);
+    let root = Signature::root(&id, header.bytes(), &signature).unwrap();
+    let file = [header.bytes(), &signature[..], body].concat();
+    (file, PublicKey::new(&id, &root))
 }

@@ -1,6 +1,7 @@
 //! The flash of the program.
 
 use super::header::{COMMIT, Header, PLACE, SIZE, body_parts, crc, first_page_parts};
+use super::lms::PublicKey;
 
 /// The flash operation failed, or the flash does not contain what was programmed.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -12,6 +13,8 @@ pub trait Slot {
     const PAGE: usize;
     /// The size of the slot in bytes.
     const SIZE: usize;
+    /// Whether image files with a signature are taken.
+    const SIGNATURES: bool = false;
 
     /// The contents.
     fn bytes(&self) -> &[u8];
@@ -22,6 +25,11 @@ pub trait Slot {
     /// Programs bytes, and compares them. Place and length are multiples of 2. The place is erased; but a half-word of 0000h can be
     /// programmed over any other.
     fn program(&mut self, place: usize, bytes: &[u8]) -> Result<(), SlotError>;
+
+    /// The key that must have signed each image. None: images without a signature are taken.
+    fn key(&self) -> Option<&PublicKey> {
+        None
+    }
 
     /// The [CRC](crc()) of these parts. A board has a unit for it.
     fn crc(&self, parts: &[&[u8]]) -> u32 {
@@ -41,7 +49,8 @@ pub enum Program {
 }
 
 impl Program {
-    /// The program in a slot. Its whole CRC is compared.
+    /// The program in a slot. Its whole CRC is compared. With a key, the SHA-256 of a program without its commit must be that of its header,
+    /// which is signed: other programs with the same CRC can be made.
     pub fn of(slot: &impl Slot) -> Self {
         let bytes = slot.bytes();
         let header = bytes.get(PLACE..).and_then(<[u8]>::first_chunk::<SIZE>);
@@ -56,6 +65,7 @@ impl Program {
         match bytes.get(COMMIT..COMMIT + 2) {
             _ if !is_intact => Self::None,
             Some([0, 0]) => Self::Complete(header),
+            _ if slot.key().is_some() && !header.is_of(body) => Self::None,
             _ => Self::Uncommitted(header),
         }
     }

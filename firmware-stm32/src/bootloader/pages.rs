@@ -2,6 +2,8 @@
 
 use crate::board::{Flash, pac};
 use crate::flash::Sectors;
+#[cfg(feature = "signature")]
+use plumbline::update::PublicKey;
 use plumbline::update::layout::BLUEPILL;
 use plumbline::update::record;
 use plumbline::update::{Record, Slot, SlotError};
@@ -54,6 +56,15 @@ impl Pages {
 impl Slot for Pages {
     const PAGE: usize = PAGE;
     const SIZE: usize = PAGE * COUNT;
+    #[cfg(feature = "signature")]
+    const SIGNATURES: bool = true;
+
+    #[cfg(feature = "signature")]
+    fn key(&self) -> Option<&PublicKey> {
+        // SAFETY: flash, which is always readable and does not change while this program runs. All values are valid.
+        let key = unsafe { &*(BLUEPILL.key as *const PublicKey) };
+        (!key.is_erased()).then_some(key)
+    }
 
     fn bytes(&self) -> &[u8] {
         // SAFETY: flash, which is always readable, and does not change while this is borrowed.

@@ -10,7 +10,7 @@ use object::elf::{EM_ARM, FileHeader32, PT_LOAD};
 use object::read::elf::{ElfFile32, FileHeader, ProgramHeader};
 use object::{Endianness, Object, ObjectSection, ObjectSymbol, SectionKind, SymbolKind};
 use plumbline::update::layout::LAYOUTS;
-use plumbline::update::{About, Contents, Header};
+use plumbline::update::{About, Contents, Header, PublicKey};
 use rustc_demangle::demangle;
 pub use shares::{Part, Shares};
 use std::collections::BTreeSet;
@@ -218,6 +218,18 @@ impl Image {
     pub fn as_bootloader(mut self) -> Self {
         self.slot = self.board.facts().slot.clone();
         self
+    }
+
+    /// The same with this public key in the flash of the bootloader. None: the board has no bootloader.
+    pub fn with_key(mut self, key: &PublicKey) -> Option<Self> {
+        let name = self.board.facts().name;
+        let layout = LAYOUTS.iter().find(|layout| layout.name == name)?;
+        self.segments.push(Segment {
+            load_address: layout.key,
+            address: layout.key,
+            bytes: key.bytes().to_vec(),
+        });
+        Some(self)
     }
 
     /// What is in the pages that the bootloader of this image can change; None: there is no bootloader.

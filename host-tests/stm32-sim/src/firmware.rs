@@ -78,6 +78,17 @@ pub fn build_behind_bootloader(
     build_with(board, names, Some("behind-bootloader"))
 }
 
+/// As [`build`], with a bootloader that checks signatures.
+///
+/// # Errors
+/// As [`build`].
+pub fn build_with_signatures(
+    board: Board,
+    names: &[&str],
+) -> Result<BTreeMap<String, PathBuf>, BuildError> {
+    build_with(board, names, Some("signature"))
+}
+
 /// Builds for a board and with another feature. Each feature and each board has a folder of its own, because images of one replace those of
 /// another.
 fn build_with(

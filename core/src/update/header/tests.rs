@@ -102,11 +102,11 @@ fn image_for_another_device_is_refused_with_its_reason() {
     let cases = [
         (
             check(Device { product, ..DEVICE }, 4096, None),
-            Unfit::Product,
+            Failure::Product,
         ),
         (
             check(Device { board: 2, ..DEVICE }, 4096, None),
-            Unfit::Board,
+            Failure::Board,
         ),
         (
             check(
@@ -117,10 +117,10 @@ fn image_for_another_device_is_refused_with_its_reason() {
                 4096,
                 None,
             ),
-            Unfit::Board,
+            Failure::Board,
         ),
-        (check(DEVICE, 4095, None), Unfit::Length),
-        (check(DEVICE, 4096, Some(0x0001_0204)), Unfit::Older),
+        (check(DEVICE, 4095, None), Failure::Size),
+        (check(DEVICE, 4096, Some(0x0001_0204)), Failure::Older),
     ];
     for (result, reason) in cases {
         assert_eq!(result, Err(reason));

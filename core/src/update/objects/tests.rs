@@ -3,7 +3,7 @@
 use super::super::header::crc;
 use super::super::record::Contact;
 use super::super::server::UpdateServer;
-use super::super::simulated::{DEVICE, Flash, file};
+use super::super::simulated::{DEVICE, Flash, file, sign};
 use super::*;
 use crate::can::{BitRate, CanId};
 use crate::store::ImageId;
@@ -272,4 +272,22 @@ fn interrupted_commit_is_completed_at_the_next_start() {
     let bus = Bus::new(flash);
     assert!(matches!(bus.update.program(), Program::Complete(_)));
     assert_eq!(bus.update.slot.bytes[header::COMMIT..][..2], [0, 0]);
+}
+
+#[test]
+fn file_without_the_signature_of_the_key_is_refused_and_a_signed_one_is_taken() {
+    let unsigned = file(0x0001_0000, 8192, 0);
+    let (signed, key) = sign(&unsigned);
+    for download in KINDS {
+        let mut flash = Flash::blank();
+        flash.key = Some(key);
+        let mut bus = Bus::new(flash);
+        bus.control(3);
+        let refused = download(&mut bus, &unsigned);
+        assert_eq!(refused, abort(0x1F50, 1, 0x0800_0021));
+        assert_eq!(bus.state(), (14, false));
+        bus.control(3);
+        download(&mut bus, &signed);
+        assert_eq!(bus.state(), (0, true));
+    }
 }

@@ -16,6 +16,8 @@ pub struct Client<'a> {
     pub rig: &'a mut Rig,
     pub request: CanId,
     pub reply: CanId,
+    /// The longest time until an answer in us.
+    pub slowest: u64,
 }
 
 impl<'a> Client<'a> {
@@ -25,6 +27,7 @@ impl<'a> Client<'a> {
             rig,
             request: CanId::standard(0x67F),
             reply: CanId::standard(0x5FF),
+            slowest: 0,
         }
     }
 
@@ -34,6 +37,7 @@ impl<'a> Client<'a> {
             rig,
             request: contact.request,
             reply: contact.reply,
+            slowest: 0,
         }
     }
 
@@ -64,8 +68,9 @@ impl<'a> Client<'a> {
 
     /// The next frame of the sensor; None: the power was cut, or none comes in time.
     fn next(&mut self) -> Option<[u8; 8]> {
-        for _ in 0..PATIENCE * 10 {
+        for step in 1..=PATIENCE * 10 {
             self.rig.run_us(100);
+            self.slowest = self.slowest.max(step * 100);
             if let Some(frame) = self.rig.frames().first() {
                 assert_eq!(frame.can_id(), self.reply, "{frame:?}");
                 return Some(frame.bytes().try_into().expect("8 bytes"));

@@ -1,0 +1,97 @@
+//! The bootloader that checks signatures, with a key in its flash.
+
+use super::*;
+use plumbline::update::PublicKey;
+use plumbline::update::header::body_parts;
+use plumbline::update::lms::{Signature, sha256};
+
+/// A file with a signature, and a key with which it is correct: each signature is that of some key.
+fn sign(file: &[u8]) -> (Vec<u8>, PublicKey) {
+    let (header, body) = file.split_at(SIZE);
+    let header = header.first_chunk().and_then(Header::parse);
+    let contents = Contents {
+        product: jn2101().number(),
+        board: BLUEPILL.board,
+        layout: BLUEPILL.number,
+        key: 0x0101,
+        version: header.expect("a header").version(),
+        hash: sha256(&body_parts(body)),
+    };
+    let header = Header::new(&contents, body).expect("a first page");
+    let id = [1; 16];
+    let mut signature = vec![0x5A; Signature::SIGNATURE];
+    let [tree, one_time] = Signature::TYPES;
+    signature[..8].copy_from_slice(&[[0; 4], one_time].concat());
+    signature[40 + 32 * Signature::CHAINS..][..4].copy_from_slice(&tree);
+    let root = Signature::root(&id, header.bytes(), &signature).expect("a signature");
+    let file = [header.bytes(), &signature[..], body].concat();
+    (file, PublicKey::new(&id, &root))
+}
+
+/// A sensor with this bootloader and this key, without a program.
+fn sensor(bootloader: &str, key: Option<&PublicKey>, rate: BitRate) -> Rig {
+    let bootloader = image(bootloader);
+    let bootloader = match key {
+        Some(key) => bootloader.with_key(key).expect("a board with a bootloader"),
+        None => bootloader,
+    };
+    let slot = Some(record_only(rate));
+    let mut rig = sensor_of(bootloader, "jn2101", slot, rate, blank());
+    rig.run(100);
+    rig.frames();
+    rig
+}
+
+/// A refused file, with its abort code. Nothing was erased.
+#[track_caller]
+fn is_refused(rig: &mut Rig, rate: BitRate, file: &[u8], code: u32) {
+    let refused = Client::of_known(rig, &known(rate)).download(file);
+    let [a, b, c, d] = code.to_le_bytes();
+    assert_eq!(refused, Err(Some([0x80, 0x50, 0x1F, 1, a, b, c, d])));
+    let slot = rig.microcontroller_mut().slot().expect("a bootloader");
+    assert_eq!((slot.erased(), slot.programmed()), (0, 0));
+}
+
+#[test]
+fn sensor_with_a_key_takes_only_the_file_with_its_signature() {
+    let rate = BitRate::M1;
+    let unsigned = loop_file(8 * 1024, 0, VERSION);
+    let (signed, key) = sign(&unsigned);
+    let mut wrong = signed.clone();
+    wrong[SIZE + 2000] ^= 1;
+    let mut rig = sensor(SIGNED, Some(&key), rate);
+    is_refused(&mut rig, rate, &unsigned, 0x0800_0021);
+    is_refused(&mut rig, rate, &wrong, 0x0800_0021);
+    let start = rig.bus.now();
+    let mut client = Client::of_known(&mut rig, &known(rate));
+    client.download(&signed).unwrap();
+    println!(
+        "8 KiB with a signature: {} us, the longest answer after {} us",
+        (client.rig.bus.now() - start).ticks(),
+        client.slowest
+    );
+    assert!(client.slowest <= 300_000, "the time-out of python-canopen");
+    let content = rig.microcontroller_mut().slot().expect("a bootloader");
+    let body = [&signed[..SIZE], &signed[SIZE + Signature::SIGNATURE..]].concat();
+    assert_eq!(content.bytes()[..8 * 1024], slot(&body)[..8 * 1024]);
+}
+
+#[test]
+fn sensor_without_a_key_takes_files_with_and_without_a_signature() {
+    let rate = BitRate::M1;
+    let unsigned = loop_file(4 * 1024, 0, VERSION);
+    let (signed, _) = sign(&unsigned);
+    let mut rig = sensor(SIGNED, None, rate);
+    let mut client = Client::of_known(&mut rig, &known(rate));
+    client.download(&unsigned).unwrap();
+    client.download(&signed).unwrap();
+}
+
+/// To it, the signature is the first page of a damaged program.
+#[test]
+fn bootloader_without_signatures_refuses_a_signed_file() {
+    let rate = BitRate::M1;
+    let (signed, _) = sign(&loop_file(4 * 1024, 0, VERSION));
+    let mut rig = sensor("bootloader", None, rate);
+    is_refused(&mut rig, rate, &signed, 0x0800_0020);
+}
