@@ -14,6 +14,7 @@ use crate::eds;
 use crate::error::{AdapterError, Error, FileError, Silence};
 use crate::identify;
 use crate::link::Link;
+use crate::master::canopen;
 use crate::note::Note;
 use crate::output::{Terminal, closed};
 use crate::sheet::Sheet;
@@ -104,7 +105,11 @@ impl View {
 /// The products that can be on the bus.
 fn bus(options: &Options) -> Result<Bus, Error> {
     if let Some(path) = &options.eds {
-        return Ok(Bus::of(eds::read(path)?));
+        let sheet = eds::read(path)?;
+        return Ok(match canopen::tables(sheet.product) {
+            Some(_) => Bus::beside(&sheet),
+            None => Bus::of(sheet),
+        });
     }
     Ok(match &options.product {
         Some(name) => Bus::of(Sheet::of(identify::product(name)?)),

@@ -64,7 +64,7 @@ pub(crate) fn learn(device: &mut Device, index: u16, sub: u8, data: &[u8]) {
         return;
     }
     let told = number(data);
-    device.keep(|product| {
+    device.identify(usize::from(sub) - 1, told, |product| {
         tables(product).is_some_and(|tables| {
             let mut objects = tables.objects.iter();
             objects.any(|own| {
@@ -178,21 +178,28 @@ impl Nodes {
 
     fn pdo(&mut self, frame: &Frame) -> Option<Decoded> {
         let id = frame.can_id();
-        if self.known.device().is_told() {
+        let device = self.known.device();
+        if device.is_told() || device.is_described() {
             self.node((id.bits() & 0x7F) as u8);
         }
-        for (node, own) in &mut self.nodes {
-            let pdo = own.pdos.iter().find(|pdo| pdo.id == id).cloned();
-            let Some(pdo) = pdo.filter(|_| own.is_known) else {
-                continue;
+        let nodes = self.nodes.iter_mut().filter_map(|(node, own)| {
+            let is_own = own.is_known || own.device.is_described();
+            let pdo = own.pdos.iter().find(|pdo| pdo.id == id && is_own)?;
+            Some((node, pdo.clone(), own))
+        });
+        // The first one that is known, or the first one.
+        if let Some((node, pdo, own)) = nodes.min_by_key(|(_, _, own)| !own.is_known) {
+            let decoded = match frame.is_remote() {
+                true => Decoded::new(&PROTOCOL, format!("{} request", pdo.name)),
+                false => {
+                    let values = pdo::values(&pdo, &mut own.device, frame.bytes());
+                    Decoded::new(&PROTOCOL, pdo.name).with(values)
+                }
             };
-            if frame.is_remote() {
-                let message = format!("{} request", pdo.name);
-                return Some(Decoded::new(&PROTOCOL, message).of(node, &own.device));
-            }
-            let values = pdo::values(&pdo, &mut own.device, frame.bytes());
-            let decoded = Decoded::new(&PROTOCOL, pdo.name).with(values);
-            return Some(decoded.of(node, &own.device));
+            return Some(Decoded {
+                is_sure: own.is_known,
+                ..decoded.of(node, &own.device)
+            });
         }
         // The node of the default identifier. Its mapping is not known.
         let (place, node) = ((id.bits() >> 7) as u16, (id.bits() & 0x7F) as u8);

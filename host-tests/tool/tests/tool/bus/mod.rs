@@ -9,6 +9,7 @@ mod commands;
 mod cyclic;
 mod data_sheets;
 mod decode;
+mod decode_eds;
 mod decode_view;
 mod doctor;
 mod documents;
