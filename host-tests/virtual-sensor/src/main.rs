@@ -1,11 +1,10 @@
 //! A CAN inclination sensor on a PC: see `virtual-sensor --help`.
 
-use clap::Parser;
 use std::process::ExitCode;
 use virtual_sensor::program::{Failure, Program, run};
 
 fn main() -> ExitCode {
-    match run(&Program::parse()) {
+    match run(&Program::of_command_line(std::env::args_os())) {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => {
             eprintln!("virtual-sensor: {failure}");

@@ -204,7 +204,8 @@ pub enum RunError {
 impl Server {
     /// A server for `bus`, whose current time is now, and the channel for its events.
     ///
-    /// `sensor` is the device that the status line describes; `clock` tells the time from now on.
+    /// `sensor` is the device that the status line describes, if there are no others ([`control`](Self::control)); `clock` tells the time
+    /// from now on.
     pub fn new(
         bus: Bus,
         sensor: DeviceId,
@@ -366,8 +367,12 @@ impl Server {
             log.write(&logged)?;
         }
         self.report(&logged);
+        let devices = self.devices();
         // Before the status line, which is then written again.
-        if let Some(sensor) = Microcontroller::of_mut(self.bus.device_mut(self.sensor)) {
+        for device in &devices {
+            let Some(sensor) = Microcontroller::of_mut(self.bus.device_mut(*device)) else {
+                continue;
+            };
             for violation in sensor.take_new_violations() {
                 eprintln!(
                     "virtual-sensor: the firmware violates the reference manual: {violation}"
@@ -378,14 +383,18 @@ impl Server {
             }
         }
         if let Some(status) = &mut self.status {
-            status.show(
-                self.bus.now(),
-                self.bus.device(self.sensor),
-                self.traffic,
-                self.sessions.len(),
-            );
+            let sensors = devices.iter().map(|device| self.bus.device(*device));
+            status.show(self.bus.now(), sensors, self.traffic, self.sessions.len());
         }
         Ok(())
+    }
+
+    /// The sensors that the server watches.
+    fn devices(&self) -> Vec<DeviceId> {
+        match self.units.is_empty() {
+            true => vec![self.sensor],
+            false => self.units.iter().map(|unit| unit.device).collect(),
+        }
     }
 
     /// Handles one event at the current bus time.

@@ -65,7 +65,7 @@ impl Control {
 }
 
 impl Server {
-    /// Lets control clients change these sensors.
+    /// Watches all these sensors, and lets control clients change them.
     pub fn control(&mut self, units: Vec<Unit>) {
         self.units = units;
     }

@@ -43,10 +43,10 @@ impl StatusLine {
     }
 
     /// Shows the line if an update is due. `now` is the time of the bus.
-    pub(super) fn show(
+    pub(super) fn show<'a>(
         &mut self,
         now: BusTime,
-        sensor: &dyn Sensor,
+        sensors: impl Iterator<Item = &'a dyn Sensor>,
         traffic: Traffic,
         clients: usize,
     ) {
@@ -54,17 +54,22 @@ impl StatusLine {
             return;
         }
         self.next = Instant::now() + INTERVAL;
-        let line = text(&Display {
-            model: sensor.name(),
-            is_on: sensor.is_on(),
-            readout: sensor.readout(),
-            leds: pattern::patterns(now, sensor.led_history().iter()),
-            rate: sensor.rate(),
-            mode: sensor.mode(),
-            state: sensor.bus_state(),
-            traffic,
-            clients,
-        });
+        let sensors: Vec<String> = sensors
+            .map(|sensor| {
+                text(&Display {
+                    model: sensor.name(),
+                    is_on: sensor.is_on(),
+                    readout: sensor.readout(),
+                    leds: pattern::patterns(now, sensor.led_history().iter()),
+                    rate: sensor.rate(),
+                    mode: sensor.mode(),
+                    state: sensor.bus_state(),
+                })
+            })
+            .collect();
+        let Traffic { received, sent } = traffic;
+        let sensors = sensors.join(" | ");
+        let line = format!("{sensors} in {received} out {sent} clients {clients}");
         print(&format!("{BEGIN}{line}{FINISH}"));
     }
 
@@ -82,7 +87,7 @@ fn print(text: &str) {
         .and_then(|()| output.flush());
 }
 
-/// The content of the line.
+/// The state of one sensor.
 struct Display {
     model: &'static str,
     is_on: bool,
@@ -91,11 +96,9 @@ struct Display {
     rate: Option<BitRate>,
     mode: Option<BusMode>,
     state: Option<BusState>,
-    traffic: Traffic,
-    clients: usize,
 }
 
-/// The text of the line.
+/// The part of the line for one sensor.
 fn text(display: &Display) -> String {
     let state = match (display.mode, display.state) {
         _ if !display.is_on => "off",
@@ -106,16 +109,14 @@ fn text(display: &Display) -> String {
         (_, Some(BusState::Warning)) => "warning",
         (_, Some(BusState::Passive)) => "passive",
     };
-    let Traffic { received, sent } = display.traffic;
     format!(
-        "{} {} {} {}{} {} {state} in {received} out {sent} clients {}",
+        "{} {} {} {}{} {} {state}",
         display.model,
         angles(display.is_on, display.readout),
         lamp("run", display.leds.run, 32),
         lamp("err", display.leds.error, 31),
         module(display.leds),
         kbits(display.rate),
-        display.clients,
     )
 }
 
@@ -185,11 +186,6 @@ mod tests {
             rate: Some(BitRate::K62_5),
             mode: Some(BusMode::Normal),
             state: Some(BusState::Active),
-            traffic: Traffic {
-                received: 3,
-                sent: 1234,
-            },
-            clients: 2,
         }
     }
 
@@ -197,7 +193,7 @@ mod tests {
     fn status_of_two_axes() {
         assert_eq!(
             plain(&display()),
-            "is2 X  -1.23° Y +90.00° ●run ○err 62.5 kbit/s active in 3 out 1234 clients 2"
+            "is2 X  -1.23° Y +90.00° ●run ○err 62.5 kbit/s active"
         );
     }
 
@@ -218,7 +214,7 @@ mod tests {
         };
         assert_eq!(
             plain(&display),
-            "is1  359.99° ◐run flickering ●err ◐mod single flash - kbit/s listening in 3 out 1234 clients 2"
+            "is1  359.99° ◐run flickering ●err ◐mod single flash - kbit/s listening"
         );
     }
 
@@ -228,28 +224,19 @@ mod tests {
             readout: None,
             ..display()
         };
-        assert_eq!(
-            plain(&unknown),
-            "is2 - ●run ○err 62.5 kbit/s active in 3 out 1234 clients 2"
-        );
+        assert_eq!(plain(&unknown), "is2 - ●run ○err 62.5 kbit/s active");
         let starting = Display {
             rate: None,
             mode: None,
             state: None,
             ..unknown
         };
-        assert_eq!(
-            plain(&starting),
-            "is2 - ●run ○err - kbit/s not on the bus in 3 out 1234 clients 2"
-        );
+        assert_eq!(plain(&starting), "is2 - ●run ○err - kbit/s not on the bus");
         let off = Display {
             is_on: false,
             leds: Patterns::DARK,
             ..starting
         };
-        assert_eq!(
-            plain(&off),
-            "is2 off ○run ○err - kbit/s off in 3 out 1234 clients 2"
-        );
+        assert_eq!(plain(&off), "is2 off ○run ○err - kbit/s off");
     }
 }
