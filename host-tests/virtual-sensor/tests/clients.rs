@@ -1,5 +1,5 @@
-//! Other people's CAN stacks: python-canopen, devicenet-py and can-j1939 with the virtual sensor, the dissectors of Wireshark with the
-//! recorded traces, and eds-pie with the data sheets of DeviceNet.
+//! Other people's CAN stacks: python-canopen, devicenet-py and can-j1939 with the virtual sensor, also with the Python package of the
+//! project; the dissectors of Wireshark with the recorded traces, and eds-pie with the data sheets of DeviceNet.
 
 use host_tests::python;
 use plumbline::model::catalog;
@@ -88,6 +88,12 @@ fn python_canopen_loads_a_program_by_blocks_and_in_segments() {
 #[test]
 fn can_j1939_uses_ims360() {
     check("j1939_peers.py", &["can", "j1939"], &[]);
+}
+
+#[test]
+fn python_package_starts_moves_and_breaks_sensors() {
+    let modules = ["pytest", "can", "canopen", "j1939", "serial"];
+    check("python_package.py", &modules, &[]);
 }
 
 #[test]
