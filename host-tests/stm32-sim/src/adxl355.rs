@@ -88,6 +88,8 @@ pub enum Fault {
     StuckAxis(usize),
     /// No value changes.
     Frozen,
+    /// The temperature does not change.
+    StuckTemperature,
 }
 
 /// The state of a transfer.

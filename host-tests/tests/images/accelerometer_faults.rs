@@ -35,10 +35,15 @@ const FOUND: (u64, u64) = (0, 130);
 /// An axis is stuck after 32 values, 38 ms. Then there are no samples for 100 ms.
 const STUCK: (u64, u64) = (130, 210);
 
+/// The temperature is stuck after 10 s at the clock of the part. Then there are no readings for 100 ms. The noise of the simulated thermometer
+/// ends it within 2 s.
+const COLD: (u64, u64) = (8_000, 10_300);
+const WARM: (u64, u64) = (0, 2_100);
+
 /// After values without an error for 0.5 s. Up to 31 of them are from before the end of a stuck axis.
 const CLEAN: (u64, u64) = (460, 800);
 
-const REPORTED: [Reported; 12] = [
+const REPORTED: [Reported; 13] = [
     Reported {
         name: "line stuck at 0",
         begin: |part, now| part.set_fault(now, Fault::Silent(0)),
@@ -74,6 +79,13 @@ const REPORTED: [Reported; 12] = [
         end: |part, now| part.set_fault(now, Fault::None),
         begins: STUCK,
         ends: CLEAN,
+    },
+    Reported {
+        name: "temperature stuck",
+        begin: |part, now| part.set_fault(now, Fault::StuckTemperature),
+        end: |part, now| part.set_fault(now, Fault::None),
+        begins: COLD,
+        ends: WARM,
     },
     Reported {
         name: "no value changes",
@@ -211,6 +223,22 @@ pub fn fault_is_reported_and_ends_within_its_times() {
         );
         stays_right(&mut rig, 500, name);
     }
+}
+
+/// Otherwise it would heat without a limit.
+#[test]
+pub fn heater_is_off_while_the_temperature_is_stuck() {
+    let mut rig = Rig::booted("is2tk", RATE);
+    rig.run(500);
+    assert!(rig.microcontroller().heater() > 0);
+    let (io, now) = rig.io();
+    io.imu.set_fault(now, Fault::StuckTemperature);
+    rig.run(COLD.1);
+    assert_eq!(rig.microcontroller().heater(), 0);
+    let (io, now) = rig.io();
+    io.imu.set_fault(now, Fault::None);
+    rig.run(WARM.1);
+    assert!(rig.microcontroller().heater() > 0);
 }
 
 /// What the driver restores before the sensor would report it.

@@ -149,6 +149,8 @@ pub fn failure_is_reported_and_cleared_after_recovery() {
         (Fault::Frozen, 200),
         (Fault::StuckAxis(0), 200),
         (Fault::StuckAxis(2), 200),
+        // 60,000 values, then none for 100 ms.
+        (Fault::StuckTemperature, 60_200),
     ];
     let mut rig = is2(10.0, 5.0);
     rig.boot_up();
@@ -161,8 +163,8 @@ pub fn failure_is_reported_and_cleared_after_recovery() {
         assert_eq!(rig.poll()[1], ERRORS, "{fault:?}");
         let (part, now) = self::part(&mut rig);
         part.set_fault(now, Fault::None);
-        // It must be without an error for 0.5 s.
-        rig.run(650);
+        // It must be without an error for 0.5 s; the temperature changes within 1 s.
+        rig.run(1_050);
     }
 }
 

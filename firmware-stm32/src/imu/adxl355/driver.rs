@@ -74,8 +74,9 @@ pub struct Adxl355<const TESTS: usize> {
     pub(super) lost: bool,
     /// An axis was beyond its range since the last reading.
     pub(super) clipped: bool,
-    /// The counts of the last temperature.
+    /// The counts of the last temperature, and the number of values since it has changed.
     pub(super) warmth: u16,
+    pub(super) unchanged: u16,
     /// The last temperature in 0.01 degC; None before the first one.
     pub(super) temperature: Option<i16>,
     /// There were repeated errors on the line, or a stuck axis, since the last reading.
@@ -109,6 +110,7 @@ impl<const TESTS: usize> Element for Adxl355<TESTS> {
             lost: false,
             clipped: false,
             warmth: 0,
+            unchanged: 0,
             temperature: None,
             doubted: false,
             force: 0,

@@ -11,6 +11,10 @@ use plumbline::time::Instant;
 /// it was read.
 const TEMPERATURE_STEP: u16 = 16;
 
+/// The number of values without a change of the temperature after which it is not known: 60 s. A count is 0.11 degC, and the datasheet does not
+/// state the noise.
+const UNCHANGED: u16 = 60_000;
+
 impl<const TESTS: usize> Adxl355<TESTS> {
     pub(super) fn read_on(&mut self, now: Instant) -> Option<Reading> {
         match self.words.step(&mut self.wires) {
@@ -91,7 +95,11 @@ impl<const TESTS: usize> Adxl355<TESTS> {
 
     fn measure_temperature(&mut self, state: &[u8; STATE]) {
         let counts = counts::temperature_counts(state);
-        if counts.abs_diff(self.warmth) <= TEMPERATURE_STEP {
+        let step = counts.abs_diff(self.warmth);
+        if step > 0 {
+            self.unchanged = 0;
+        }
+        if step <= TEMPERATURE_STEP && self.unchanged < UNCHANGED {
             self.temperature = Some(counts::temperature(counts));
         }
         self.warmth = counts;
@@ -133,6 +141,11 @@ impl<const TESTS: usize> Adxl355<TESTS> {
             }
         };
         self.line.good();
+        self.unchanged = self.unchanged.saturating_add(1);
+        if self.unchanged == UNCHANGED {
+            warn!("the temperature does not change");
+            self.temperature = None;
+        }
         // An axis that clips is told as such.
         if self.values.push(counts) && !counts::is_clipped(counts) {
             self.distrust("an axis that does not change");

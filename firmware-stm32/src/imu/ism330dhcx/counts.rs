@@ -37,7 +37,7 @@ const TAG_TEMPERATURE: u8 = 0x03;
 pub enum Word {
     /// An acceleration in counts.
     Acceleration([i16; 3]),
-    /// A temperature in 0.01 degC.
+    /// A temperature in counts.
     Temperature(i16),
     /// Neither: the FIFO is empty, or the accelerometer has failed.
     Other,
@@ -81,7 +81,7 @@ pub fn word(bytes: &[u8; WORD]) -> Word {
             let z = i16::from_le_bytes([z0, z1]);
             Word::Acceleration([x, y, z])
         }
-        TAG_TEMPERATURE => Word::Temperature(temperature(x)),
+        TAG_TEMPERATURE => Word::Temperature(x),
         _ => Word::Other,
     }
 }
@@ -102,8 +102,8 @@ pub fn is_clipped(counts: [i32; 3]) -> bool {
 /// counts (60 ug/rtHz).
 pub const FLOOR: i32 = 64;
 
-/// The largest step between two temperatures: 1 degC in 19 ms. A larger one is an error of the line.
-pub const TEMPERATURE_STEP: u16 = 100;
+/// The largest step between two temperatures in counts: 1 degC in 19 ms. A larger one is an error of the line.
+pub const TEMPERATURE_STEP: u16 = 256;
 
 /// The number of fractional bits of the counts in [`acceleration`].
 pub const FRACTION: u32 = 14;
@@ -114,7 +114,7 @@ const fn units(counts: i32) -> i32 {
 }
 
 /// A count of temperature in 0.01 degC. The difference from 25 degC is rounded towards 0.
-const fn temperature(count: i16) -> i16 {
+pub const fn temperature(count: i16) -> i16 {
     // 100 / 256 = 25 / 64; the result is within -10300..=15299.
     (2500 + count as i32 * 25 / 64) as i16
 }
@@ -212,7 +212,7 @@ mod tests {
             let read = word(&transfer(0x02 << 3 | low, data));
             assert_eq!(read, Word::Acceleration(counts));
             let read = word(&transfer(0x03 << 3 | low, [0x00, 0x01, 0, 0, 0, 0]));
-            assert_eq!(read, Word::Temperature(2600));
+            assert_eq!(read, Word::Temperature(256));
         }
     }
 

@@ -126,8 +126,9 @@ pub struct Ism330dhcx<const TESTS: usize, const GYROSCOPES: usize> {
     pub(super) clipped: bool,
     /// The last temperature in 0.01 degC; None before the first one.
     pub(super) temperature: Option<i16>,
-    /// The last temperature, also if it was not used.
+    /// The counts of the last temperature, also if it was not used, and the number of accelerations since it has changed.
     pub(super) warmth: i16,
+    pub(super) unchanged: u16,
     pub(super) testing: Testing<TESTS>,
     /// The number of attempts in a row in which the identifier was 0.
     pub(super) zeros: u8,
@@ -162,6 +163,7 @@ impl<const TESTS: usize, const GYROSCOPES: usize> Element for Ism330dhcx<TESTS, 
             clipped: false,
             temperature: None,
             warmth: 0,
+            unchanged: 0,
             testing: Testing::NONE,
             zeros: 0,
             reported: None,

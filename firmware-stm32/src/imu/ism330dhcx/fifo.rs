@@ -3,7 +3,6 @@
 use super::counts::{self, WORD, Word};
 use super::driver::{Ism330dhcx, State, Trouble};
 use super::registers::READ;
-use super::tags;
 use crate::board::MOUNTING;
 use crate::imu::Wires;
 use crate::imu::rates::Rates;
@@ -15,6 +14,9 @@ use plumbline::time::Instant;
 
 /// The number of consecutive samples without an angular rate after which the gyroscope has failed: 200 ms. It turns on within 35 ms.
 const SILENT_SAMPLES: u8 = 40;
+
+/// The number of accelerations without a change of the temperature after which it is not known: 10 s. A count is 1/256 degC.
+const UNCHANGED: u16 = 8334;
 
 impl<const TESTS: usize, const GYROSCOPES: usize> Ism330dhcx<TESTS, GYROSCOPES> {
     /// Performs one step of reading the FIFO. Returns a reading if one is complete, unless the accelerometer is missing or
@@ -86,10 +88,8 @@ impl<const TESTS: usize, const GYROSCOPES: usize> Ism330dhcx<TESTS, GYROSCOPES> 
     fn take(&mut self, now: Instant, bytes: &[u8; WORD]) -> Option<Reading> {
         let &[_, tag, ..] = bytes;
         if !self.tags.accept(tag) {
-            if tag == tags::EMPTY {
-                // The number of words was wrong.
-                self.words.stop();
-            }
+            // The rest is read later: after lost words their number is wrong, which must not be a second error.
+            self.words.stop();
             self.spoil(now);
             return None;
         }
@@ -113,6 +113,11 @@ impl<const TESTS: usize, const GYROSCOPES: usize> Ism330dhcx<TESTS, GYROSCOPES> 
             }
             Word::Other => return None,
         };
+        self.unchanged = self.unchanged.saturating_add(1);
+        if self.unchanged == UNCHANGED {
+            warn!("the temperature does not change");
+            self.temperature = None;
+        }
         let counts = counts.map(i32::from);
         // An axis that clips is told as such.
         if self.values.push(counts) && !counts::is_clipped(counts) {
@@ -162,11 +167,15 @@ impl<const TESTS: usize, const GYROSCOPES: usize> Ism330dhcx<TESTS, GYROSCOPES> 
     }
 
     /// A temperature far from the last one has a wrong bit, unless the next one is near to it.
-    fn take_temperature(&mut self, temperature: i16) {
-        if temperature.abs_diff(self.warmth) <= counts::TEMPERATURE_STEP {
-            self.temperature = Some(temperature);
+    fn take_temperature(&mut self, counts: i16) {
+        let step = counts.abs_diff(self.warmth);
+        if step > 0 {
+            self.unchanged = 0;
         }
-        self.warmth = temperature;
+        if step <= counts::TEMPERATURE_STEP && self.unchanged < UNCHANGED {
+            self.temperature = Some(counts::temperature(counts));
+        }
+        self.warmth = counts;
     }
 
     /// The mean angular rate up to the last output of the resampler. None if there is none yet, or no gyroscope.

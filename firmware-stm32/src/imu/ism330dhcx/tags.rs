@@ -9,9 +9,6 @@
 //!
 //! The words of one time have the same counter, and the next ones the next counter, modulo 4.
 
-/// The tag of an empty FIFO.
-pub const EMPTY: u8 = 0;
-
 /// The sensors: gyroscope, accelerometer, thermometer.
 const SENSORS: core::ops::RangeInclusive<u8> = 1..=3;
 
@@ -49,6 +46,9 @@ impl Tags {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// The tag of an empty FIFO.
+    const EMPTY: u8 = 0;
 
     /// The tag of a sensor with this counter.
     fn tag(sensor: u8, counter: u8) -> u8 {

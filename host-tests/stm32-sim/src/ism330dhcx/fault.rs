@@ -20,6 +20,8 @@ pub enum Fault {
     StuckRate(usize, i16),
     /// All angular rates are 0.
     ZeroRates,
+    /// Its temperature has always the same count.
+    StuckTemperature,
     /// Its oscillator has stopped: it answers, but there are no samples.
     Stopped,
     /// Its gyroscope has stopped; the accelerometer and the thermometer work.

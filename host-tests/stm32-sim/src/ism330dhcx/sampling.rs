@@ -38,6 +38,10 @@ const RATE_DENSITY: f64 = 5e-3;
 const THERMOMETER_RATE: f64 = OSCILLATOR / 128.0;
 const COUNTS_PER_DEGREE: f64 = 256.0;
 
+/// The datasheet does not state the noise of the thermometer. Here one value in this number is a count farther from 25 degC, which is less than
+/// 0.01 degC: a real part does not repeat a count for long.
+const TEMPERATURE_NOISE: u64 = 100;
+
 /// The gyroscope's turn-on time (datasheet, Ton).
 const GYROSCOPE_TURN_ON: Picoseconds = 35_000 * MICROSECOND;
 
@@ -125,6 +129,8 @@ pub(super) struct Sampling {
     pub(super) inverted: [i16; 3],
     /// In each acceleration of this period, these bits of Y are inverted on the line; 0: in none.
     pub(super) inverts: (u64, i16),
+    /// The number of temperatures, also before a reset.
+    temperatures: u64,
     low_pass: Option<LowPass>,
     memories: [Memory; 3],
     self_test: f64,
@@ -157,6 +163,7 @@ impl Default for Sampling {
             rate_digits: Digits::new(1),
             inverted: [0; 3],
             inverts: (0, 0),
+            temperatures: 0,
             low_pass: None,
             memories: [Memory::default(); 3],
             self_test: 0.0,
@@ -177,6 +184,7 @@ impl Sampling {
             digits: self.digits,
             rate_digits: self.rate_digits,
             inverts: self.inverts,
+            temperatures: self.temperatures,
             ..Self::default()
         };
     }
@@ -315,9 +323,16 @@ impl Sampling {
             if due[2] {
                 self.thermometer.samples += 1;
                 let degrees = f64::from(reading.temperature) / 100.0;
-                let counts = [count((degrees - 25.0) * COUNTS_PER_DEGREE)];
-                self.status.temperature |= set(&mut self.outputs[..1], counts, fault);
                 let number = self.thermometer.samples;
+                let mut exact = count((degrees - 25.0) * COUNTS_PER_DEGREE);
+                self.temperatures += 1;
+                if self.temperatures.is_multiple_of(TEMPERATURE_NOISE) {
+                    exact = exact.saturating_add(if exact < 0 { -1 } else { 1 });
+                }
+                if fault == Fault::StuckTemperature {
+                    exact = self.outputs[0].newest;
+                }
+                self.status.temperature |= set(&mut self.outputs[..1], [exact], fault);
                 self.batch(Sensor::Thermometer, number, fault);
             }
         }
