@@ -1,9 +1,10 @@
 //! The motion of the sensor: rest, vibration, shocks and faults of the accelerometer.
 
 use crate::random::Random;
-use bench::fault::{Fault, FaultFrom, Faulty};
+use bench::fault::{Fault, FaultFrom};
 use bench::motion::Motion;
 use bench::scene::{Axes, Scene};
+use bench::stage::Stage;
 use plumbline::measure::{I32x3, ONE_G, RANGE, Reading};
 use plumbline::time::Instant;
 
@@ -26,7 +27,7 @@ pub fn any(random: &mut Random, axes: Axes) -> Box<dyn Motion> {
             let from = Instant::from_ticks(0);
             let fault =
                 *random.one_of(&[Fault::Zero, Fault::Frozen, Fault::Stopped, Fault::Silent]);
-            Box::new(Faulty::new(scene, &[FaultFrom { fault, from }]))
+            Box::new(Stage::new(scene, &[FaultFrom { fault, from }]))
         }
         _ => Box::new(Shaken {
             scene,
