@@ -41,6 +41,10 @@ def test_sensor_moves_and_breaks_in_virtual_time(tmp_path):
         bench.exchange("300#00", 0x301)
         assert sensor.rate(5, 1, seconds=2)["to"] == [10, 2]
         bench.advance(4)
+        sensor.restart()
+        bench.advance(61)
+        assert {event["event"] for event in bench.events} == {"leds", "state"}
+        bench.wake()
         assert sensor.state()["angles"] == [10, 2]
         with pytest.raises(BenchError, match="does not exist"):
             sensor.tilt(80, 80)

@@ -7,6 +7,9 @@ from collections.abc import Callable, Iterable
 from .connection import BenchError, Connection, Frame
 from .program import find_program
 
+# The server lets at most this time pass at once, in s.
+LONGEST = 60.0
+
 TOPICS = ("leds", "state", "stored", "frames")
 
 
@@ -32,6 +35,7 @@ class Bench:
             model, options = (one, {}) if isinstance(one, str) else one
             command += ["--model", model, *options_of(**options)]
         self.virtual_time = virtual_time
+        self.events: list[dict] = []  # those of the last `advance`
         self.process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
         try:
             # The channel for python-can: can.Bus(interface="slcan", channel=bench.channel, sleep_after_open=0).
@@ -85,19 +89,20 @@ class Bench:
         self.connection.ask("send", frame=frame)
 
     def advance(self, seconds: float) -> list[Frame]:
-        """Lets this time pass: virtual time, or that of the computer. Returns the frames of this time."""
+        """Lets this time pass: virtual time, or that of the computer. Returns its frames; `events` has all its events."""
         events = []
         if self.virtual_time:
             while seconds > 0:
-                self.connection.ask("advance", seconds=min(seconds, 600.0))
-                seconds -= 600.0
-            events, self.connection.events = list(self.connection.events), type(self.connection.events)()
+                self.connection.ask("advance", seconds=min(seconds, LONGEST))
+                seconds -= LONGEST
+            events = list(self.connection.events)
+            self.connection.events.clear()
         else:
             end = time.monotonic() + seconds
             while (left := end - time.monotonic()) > 0:
                 if event := self.connection.next_event(left):
                     events.append(event)
-        self.last_events = events
+        self.events = events
         return [Frame.of_event(event) for event in events if event["event"] == "frame"]
 
     def wait(self, condition: Callable[[dict], bool], seconds: float = 10.0) -> dict:

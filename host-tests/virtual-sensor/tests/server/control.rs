@@ -8,6 +8,7 @@ use serde_json::{Value, json};
 use std::io::{BufRead, BufReader, Write};
 use std::net::{Shutdown, TcpStream};
 use stm32_sim::board::Board;
+use stm32_sim::firmware;
 
 /// A control client of a sensor.
 pub struct Control(BufReader<TcpStream>);
@@ -85,7 +86,7 @@ pub fn start(arguments: &[&str]) -> (Sensor, u16) {
     )
 }
 
-/// An is2 that has sent its boot-up messages: built for the PC, and as images with either accelerometer.
+/// An is2 that has sent its boot-up messages: built for the PC, and as the image for the Blue Pill.
 fn awake() -> impl Iterator<Item = (Sensor, Control)> {
     let image = image_for(Board::BluePill, "is2");
     let image = image.to_str().expect("a path in UTF-8").to_owned();
@@ -180,6 +181,23 @@ fn repaired_accelerometer_measures_again() {
             assert_eq!(&good[..2], "03", "{fault}");
         }
     }
+}
+
+#[test]
+#[ignore = "another measuring element: `.ci/run boards`"]
+fn fault_that_the_adxl355_of_an_image_cannot_have_is_refused() {
+    let built = firmware::build_for_element(Board::BluePill, &["is2"], "adxl355");
+    let built = built.expect("it builds");
+    let image = ["--elf", text(&built["is2"])];
+    let (_sensor, port) = start(&[&["--clock", "client"], &image[..]].concat());
+    let mut control = Control::connect(port);
+    for fault in ["silent", "stopped", "frozen"] {
+        let request = json!({ "do": "accelerometer", "fault": fault });
+        let (_, answer) = control.ask(&request.to_string());
+        let error = format!("the ADXL355 of the simulated board has no fault {fault}");
+        assert_eq!(answer, json!({ "error": error }));
+    }
+    control.ok(&json!({ "do": "accelerometer", "fault": "zero" }));
 }
 
 #[test]

@@ -16,7 +16,7 @@ use std::path::Path;
 use stm32_sim::Microcontroller;
 
 /// The longest advance in s: the server does nothing else meanwhile.
-const LONGEST_ADVANCE: f64 = 600.0;
+const LONGEST_ADVANCE: f64 = 60.0;
 
 /// The longest delay of a frame in s.
 const LONGEST_DELAY: f64 = 60.0;
