@@ -254,6 +254,12 @@ impl PublicKey {
         &self.0
     }
 
+    /// Its number in the header of an image: the first two bytes of its identifier.
+    pub fn number(&self) -> u16 {
+        let start = self.0.get(8..).and_then(<[u8]>::first_chunk);
+        start.map_or(0, |start| u16::from_le_bytes(*start))
+    }
+
     /// Whether this is its signature of the message.
     pub fn verifies(&self, message: &[u8], signature: &[u8]) -> bool {
         let id = self.0.get(8..).and_then(<[u8]>::first_chunk);

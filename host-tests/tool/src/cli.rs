@@ -301,6 +301,12 @@ pub enum Command {
         #[arg(long, short, value_name = "FILE")]
         output: PathBuf,
     },
+    /// Make, show and use the key that signs image files
+    Key {
+        /// What it does
+        #[command(subcommand)]
+        command: KeyCommand,
+    },
     /// Load the program of an image file into a sensor with a bootloader
     Update {
         /// The image file, from `image`
@@ -342,6 +348,35 @@ pub enum Command {
     },
 }
 
+/// What `key` does.
+#[derive(Clone, Debug, clap::Subcommand)]
+pub enum KeyCommand {
+    /// Make a private key for 1024 signatures
+    New {
+        /// The file of the key
+        file: PathBuf,
+    },
+    /// Show the number of a key and how many signatures are left
+    Show {
+        /// The file of the key
+        file: PathBuf,
+        /// Write the public key, which a probe programs into the bootloader
+        #[arg(long, short, value_name = "FILE")]
+        output: Option<PathBuf>,
+    },
+    /// Sign an image file
+    Sign {
+        /// The image file, from `image`
+        file: PathBuf,
+        /// The file of the key
+        #[arg(long, value_name = "FILE")]
+        key: PathBuf,
+        /// The signed image file
+        #[arg(long, short, value_name = "FILE")]
+        output: PathBuf,
+    },
+}
+
 /// The command line, in which the help of a command shows only the options that it uses.
 pub fn command() -> clap::Command {
     let mut command = Cli::command();
@@ -349,11 +384,16 @@ pub fn command() -> clap::Command {
     command.build();
     command.mut_subcommands(|own| {
         let unused = unused(own.get_name());
-        own.mut_args(|option| {
-            let is_unused = unused.contains(&option.get_id().as_str());
-            let is_hidden = option.is_hide_set() || is_unused;
-            option.hide(is_hidden)
-        })
+        hide(own, unused).mut_subcommands(|part| hide(part, unused))
+    })
+}
+
+/// Hides these options of a command in its help.
+fn hide(command: clap::Command, unused: &[&str]) -> clap::Command {
+    command.mut_args(|option| {
+        let is_unused = unused.contains(&option.get_id().as_str());
+        let is_hidden = option.is_hide_set() || is_unused;
+        option.hide(is_hidden)
     })
 }
 
@@ -395,7 +435,7 @@ fn unused(command: &str) -> &'static [&'static str] {
     match command {
         "completions" | "man" | "help" => &ALL,
         "ports" => &ALL[1..],
-        "image" => &ALL[2..],
+        "image" | "key" => &ALL[2..],
         "calibrate" => &[
             "config", "port", "rate", "id", "node", "mac", "address", "eds",
         ],

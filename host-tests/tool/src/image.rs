@@ -1,12 +1,14 @@
 //! Makes the image file of an update from the ELF file of a program behind a bootloader ([`plumbline::update::header`]).
 
-use crate::error::Fault;
+use crate::error::{Error, Fault, FileError};
+use crate::signing::KeyFile;
 use object::elf::{EM_ARM, FileHeader32, PT_LOAD};
 use object::read::elf::{ElfFile32, FileHeader, ProgramHeader};
 use object::{Endianness, Object, ObjectSection};
 use plumbline::model::catalog::PRODUCTS;
 use plumbline::update::header::{PAGE, PLACE, SIZE, body_parts, crc, first_page_parts};
 use plumbline::update::layout::LAYOUTS;
+use plumbline::update::lms::sha256;
 use plumbline::update::{About, Contents, Header};
 
 /// An image file and what it is for.
@@ -16,7 +18,7 @@ pub struct ImageFile {
     pub header: Header,
     /// The name of the board.
     pub board: &'static str,
-    /// Header and body.
+    /// Header, signature if it has one, and body.
     pub bytes: Vec<u8>,
 }
 
@@ -83,7 +85,7 @@ impl ImageFile {
     pub fn parse(bytes: Vec<u8>) -> Result<Self, Fault> {
         let header = bytes.first_chunk().and_then(Header::parse);
         let header = header.ok_or(Fault::NoImage)?;
-        let body = &bytes[SIZE..];
+        let body = bytes.get(SIZE + header.signature()..).unwrap_or_default();
         let is_whole = body.len() == header.length()
             && crc(&body_parts(body)) == header.body()
             && body.first_chunk().is_some_and(|page| {
@@ -101,6 +103,30 @@ impl ImageFile {
             header,
             board,
             bytes,
+        })
+    }
+
+    /// The same with a signature of this key, in place of one that it has.
+    ///
+    /// # Errors
+    /// See [`KeyFile::sign`].
+    pub fn signed(&self, key: &mut KeyFile) -> Result<Self, Error> {
+        let body = &self.bytes[SIZE + self.header.signature()..];
+        let contents = Contents {
+            product: self.header.product(),
+            board: self.header.board(),
+            layout: self.header.layout(),
+            key: key.public().number(),
+            version: self.header.version(),
+            hash: sha256(&body_parts(body)),
+        };
+        let header = Header::new(&contents, body).ok_or(FileError::Fault(Fault::DamagedImage))?;
+        let what = format!("{} {} for {}", self.product(), self.version(), self.board);
+        let signature = key.sign(&what, header.bytes())?;
+        Ok(Self {
+            header,
+            board: self.board,
+            bytes: [header.bytes(), &signature[..], body].concat(),
         })
     }
 

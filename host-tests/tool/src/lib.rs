@@ -51,4 +51,5 @@ pub mod scan;
 pub mod serve;
 pub mod session;
 pub mod sheet;
+pub mod signing;
 pub mod texts;

@@ -7,6 +7,7 @@ mod file;
 mod help;
 pub mod identity;
 mod image;
+mod key;
 mod log;
 mod parameters;
 mod place;
@@ -61,6 +62,7 @@ pub fn run_with(cli: &Cli, terminal: &mut Terminal, connect: Connect) -> Result<
     match &cli.command {
         Command::Ports => return ports::list(terminal),
         Command::Image { elf, output } => return image::make(elf, output, terminal),
+        Command::Key { command } => return key::key(command, terminal),
         Command::Decode { file, filter } => {
             let view = View::new(options, filter, true)?;
             return log::decode(file, view, terminal);
@@ -341,6 +343,7 @@ fn on_bus(cli: &Cli, bus: &mut Bus, terminal: &mut Terminal) -> Result<(), Error
         }
         Command::Calibrate { .. }
         | Command::Image { .. }
+        | Command::Key { .. }
         | Command::Ports
         | Command::Decode { .. }
         | Command::Completions { .. }

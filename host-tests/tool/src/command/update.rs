@@ -148,7 +148,8 @@ fn ended<T>(session: &mut Session, result: Result<T, Error>) -> Result<T, Error>
     released.map(|()| value)
 }
 
-fn read(path: &Path) -> Result<ImageFile, Error> {
+/// Reads an image file.
+pub(super) fn read(path: &Path) -> Result<ImageFile, Error> {
     let name = path.display().to_string();
     let bytes = bench::file::read(path, LONGEST)
         .map_err(|error| FileError::ImageUnread(name.clone(), error.to_string()))?;

@@ -17,6 +17,13 @@ errors! {
         ImageUnread(path: String, reason: String): Bus "no-file" = "cannot read {path} ({reason}): `plumbline image` writes such a file",
             "{path} lässt sich nicht lesen ({reason}): `plumbline image` schreibt eine solche Datei";
         Image(path: String, why: Fault): Usage "bad-file" = "{path} is not valid: {why}", "{path} ist nicht gültig: {why}";
+        KeyUnread(path: String, reason: String): Bus "no-file" = "cannot read {path} ({reason}): `plumbline key new` makes a key",
+            "{path} lässt sich nicht lesen ({reason}): `plumbline key new` macht einen Schlüssel";
+        Key(path: String, why: Fault): Usage "bad-file" = "{path} is not valid: {why}", "{path} ist nicht gültig: {why}";
+        KeyExists(path: String): Usage "file-exists" = "{path} exists already, and a key is never replaced: choose another name",
+            "{path} gibt es schon, und ein Schlüssel wird nie ersetzt: Wählen Sie einen anderen Namen";
+        KeyUsedUp(path: String): Usage "key-used-up" = "the key in {path} has no signatures left: make another one with `plumbline key new`, and program it into the sensors with a probe",
+            "der Schlüssel in {path} hat keine Unterschriften mehr: Machen Sie einen anderen mit `plumbline key new`, und programmieren Sie ihn mit einem Debugger in die Sensoren";
         Fault(why: Fault): Usage "bad-file" = "{why}", "{why}";
         Unwritten(path: String, reason: String): Bus "no-file" = "cannot write {path} ({reason}): choose another file or folder",
             "{path} lässt sich nicht schreiben ({reason}): Wählen Sie eine andere Datei oder einen anderen Ordner";
@@ -85,6 +92,8 @@ texts! {
         TooLargeForSlot(size: usize) = "it is larger than the {size} bytes behind the bootloader", "sie ist größer als die {size} Bytes hinter dem Bootloader";
         NoImage = "it is no image file: `plumbline image` makes one from an ELF file", "sie ist keine Image-Datei: `plumbline image` macht eine aus einer ELF-Datei";
         DamagedImage = "it is damaged", "sie ist beschädigt";
+        NoKey = "it is no private key: `plumbline key new` makes one", "sie ist kein privater Schlüssel: `plumbline key new` macht einen";
+        DamagedKey = "identifier, seed and root do not belong together", "identifier, seed und root gehören nicht zusammen";
         OtherBoard(number: u16) = "it is for the board number {number}, which this program does not know", "sie ist für die Platine Nummer {number}, das dieses Programm nicht kennt";
         NoSection(name: String) = "it has no section [{name}]", "sie hat keinen Abschnitt [{name}]";
         NoProduct = "it names no product", "sie nennt kein Produkt";

@@ -113,6 +113,10 @@ errors! {
             "der Bootloader lehnt die Datei ab: Sie ist für ein anderes Produkt oder Board; nichts hat sich geändert";
         ImageOlder(version: String): Refused "older-image" = "the program of the sensor is newer than {version}: --downgrade loads the file all the same; nothing has changed",
             "das Programm des Sensors ist neuer als {version}: --downgrade lädt die Datei trotzdem; nichts hat sich geändert";
+        ImageUnsigned: Refused "unsigned-image" = "the sensor takes only files with a signature of its key: `plumbline key sign` writes it; nothing has changed",
+            "der Sensor nimmt nur Dateien mit einer Unterschrift seines Schlüssels: `plumbline key sign` schreibt sie; nichts hat sich geändert";
+        ImageSigned: Refused "damaged-image" = "the file has arrived damaged, or the bootloader takes no signed files: start the command again, or load the file without a signature",
+            "die Datei ist beschädigt angekommen, oder der Bootloader nimmt keine Dateien mit Unterschrift: Beginnen Sie den Befehl noch einmal, oder laden Sie die Datei ohne Unterschrift";
         ImageDamaged: Refused "damaged-image" = "the file has arrived damaged: start the command again",
             "die Datei ist beschädigt angekommen: Beginnen Sie den Befehl noch einmal";
         OtherBootloader: Refused "other-bootloader" = "the bootloader at this address is not that of Plumbline: nothing has changed",

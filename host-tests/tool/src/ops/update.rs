@@ -30,8 +30,9 @@ const START_PROGRAM: u8 = 1;
 const CLEAR: u8 = 3;
 const PERMIT_DOWNGRADE: u8 = 0x81;
 
-/// The abort codes of an image that is for another device, and of an older one.
+/// The abort codes of a refused image.
 const UNFIT: u32 = Abort::Value as u32;
+const UNSIGNED: u32 = Abort::LocalControl as u32;
 const OLDER: u32 = Abort::DeviceState as u32;
 const DAMAGED: u32 = Abort::Signature as u32;
 const TIME_OUT: u32 = Abort::TimeOut as u32;
@@ -129,6 +130,11 @@ fn loaded(
             Answer::Silent | Answer::Aborted(TIME_OUT) if tries > 1 => tries -= 1,
             Answer::Aborted(UNFIT) => return Err(SensorError::ImageUnfit.into()),
             Answer::Aborted(OLDER) => return Err(SensorError::ImageOlder(image.version()).into()),
+            Answer::Aborted(UNSIGNED) => return Err(SensorError::ImageUnsigned.into()),
+            // To a bootloader without signatures, it is the first page of a damaged program.
+            Answer::Aborted(DAMAGED) if image.header.key() != 0 => {
+                return Err(SensorError::ImageSigned.into());
+            }
             Answer::Aborted(DAMAGED) => return Err(SensorError::ImageDamaged.into()),
             answer => return answer.must(server, What::Program),
         }

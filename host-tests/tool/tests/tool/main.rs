@@ -13,6 +13,7 @@ mod browser;
 mod bus;
 mod image;
 mod image_file;
+mod key;
 mod page_modules;
 mod process;
 mod serve;

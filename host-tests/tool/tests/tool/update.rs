@@ -8,6 +8,7 @@ use plumbline::model::catalog::find;
 use plumbline::update::header::SIZE;
 use plumbline::update::{Contents, Header};
 use plumbline_tool::image::ImageFile;
+use plumbline_tool::signing::KeyFile;
 use serde_json::json;
 use std::collections::BTreeMap;
 use std::fs;
@@ -21,11 +22,17 @@ use stm32_sim::firmware;
 
 const SERIAL: u32 = 7;
 
+/// The name of the bootloader that checks signatures.
+const SIGNED: &str = "bootloader with signatures";
+
 /// The ELF file of the bootloader, or of a program behind it.
 fn elf(name: &str) -> &'static [u8] {
     static FILES: OnceLock<BTreeMap<String, Vec<u8>>> = OnceLock::new();
     let files = FILES.get_or_init(|| {
         let mut built = firmware::build(Board::BluePill, &["bootloader"]).expect("it builds");
+        let signed = firmware::build_with_signatures(Board::BluePill, &["bootloader"]);
+        let signed = signed.expect("it builds").into_values();
+        built.extend(signed.map(|path| (SIGNED.to_owned(), path)));
         let programs = ["is2", "jn2101", "tiltix080"];
         let programs = firmware::build_behind_bootloader(Board::BluePill, &programs);
         built.extend(programs.expect("it builds"));
@@ -86,9 +93,14 @@ impl Files {
 
 /// A bus with a sensor with a bootloader and its program, which is on-line. Another node acknowledges.
 fn rig(product: &str) -> Rig {
+    rig_behind(&Image::parse(elf("bootloader")).unwrap(), product)
+}
+
+/// The same with this bootloader.
+fn rig_behind(bootloader: &Image, product: &str) -> Rig {
     let mut rig = Rig::new(BusRate::Fixed(BitRate::K125));
     (rig.rate, rig.says_yes) = (Some("125"), true);
-    attach(&mut rig, product, SERIAL);
+    attach_behind(&mut rig, bootloader, product, SERIAL);
     let other = rig.bus.borrow_mut().adapter();
     rig.bus.borrow_mut().open(other, None, false);
     rig.run(2300);
@@ -98,8 +110,13 @@ fn rig(product: &str) -> Rig {
 /// Adds a sensor with a bootloader and its program.
 fn attach(rig: &mut Rig, product: &str, serial: u32) {
     let bootloader = Image::parse(elf("bootloader")).unwrap();
+    attach_behind(rig, &bootloader, product, serial);
+}
+
+/// The same with this bootloader.
+fn attach_behind(rig: &mut Rig, bootloader: &Image, product: &str, serial: u32) {
     let program = Image::parse(elf(product)).unwrap();
-    let image = Rc::new(program.behind(&bootloader).expect("they fit"));
+    let image = Rc::new(program.behind(bootloader).expect("they fit"));
     let name = find(product).expect("a product").name;
     let flash = Flash::blank(Board::BluePill.chip().facts().geometry);
     rig.attach_sensor(Microcontroller::new(name, image, serial, flash, tilted()).quiet());
@@ -283,4 +300,29 @@ fn sensor_without_a_bootloader_is_told_and_nothing_changes() {
         );
         assert!(!files.backup().exists());
     }
+}
+
+#[test]
+fn sensor_with_a_key_takes_only_a_signed_file_and_another_one_no_signed_file() {
+    let files = Files::new("jn2101", "signed");
+    let mut key = KeyFile::create(&files.folder.join("own.key")).unwrap();
+    let unsigned = files.image(1);
+    let image = ImageFile::parse(fs::read(&unsigned).unwrap()).unwrap();
+    let signed = files.folder.join("signed.plu");
+    fs::write(&signed, image.signed(&mut key).unwrap().bytes).unwrap();
+    let line = |file: &PathBuf| format!("--node 10 update {} --no-backup", file.display());
+    let bootloader = Image::parse(elf(SIGNED)).unwrap();
+    let bootloader = bootloader.with_key(&key.public()).unwrap();
+    let mut rig = rig_behind(&bootloader, "jn2101");
+    let (code, error) = rig.fails(&line(&unsigned));
+    assert_eq!((code, &*error), (1, "unsigned-image"));
+    // The program of before runs again.
+    rig.run(200);
+    assert_eq!(rig.json(&line(&files.same()))["loaded"], false);
+    if effort::choose(false, true) {
+        assert_eq!(rig.json(&line(&signed))["loaded"], true);
+    }
+    let mut rig = self::rig("jn2101");
+    let (code, error) = rig.fails(&line(&signed));
+    assert_eq!((code, &*error), (1, "damaged-image"));
 }

@@ -184,6 +184,7 @@ const ALL: &[(&str, &str, i32)] = &[
     ("demo:is2", "identity", 0),
     ("demo:is2", "serve --demo --listen 127.0.0.1:0", 0),
     ("", "image is2.elf -o new.plu", 0),
+    ("", "key new own.key", 0),
     // The demonstration has no bootloader.
     ("demo:is2", "update new.plu", 1),
     // The sensor as delivered sends nothing by itself.
