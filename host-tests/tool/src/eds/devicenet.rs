@@ -88,7 +88,8 @@ pub(super) fn parts(text: &str) -> Result<Parts, Fault> {
 /// The entries of a file, and the lines between entries that are none.
 ///
 /// # Errors
-/// One sentence with the line that cannot be read. A missing semicolon would give the next entry to the one before.
+/// One sentence with the line that cannot be read. A missing semicolon would give the next entry to the one before, and a line in an entry
+/// that is no part of it would change one of its values.
 pub(super) fn fields(text: &str) -> Result<(Fields, Vec<usize>), Fault> {
     let mut all = Fields::new();
     let mut ignored = Vec::new();
@@ -97,6 +98,8 @@ pub(super) fn fields(text: &str) -> Result<(Fields, Vec<usize>), Fault> {
     let (mut is_quoted, mut is_comment, mut is_name) = (false, false, false);
     // The lines of the last letter, of the last one on a line before, and of the key.
     let (mut line, mut last, mut before, mut begin) = (1, 1, 1, 1);
+    // The lines of the last `;`, of the last letter of the value, and of its last letter that is not quoted.
+    let (mut ended, mut filled, mut bare) = (0, None, None);
     let small = |text: &str| text.trim().to_ascii_lowercase();
     let mut letters = text.char_indices();
     while let Some((place, letter)) = letters.next() {
@@ -104,12 +107,10 @@ pub(super) fn fields(text: &str) -> Result<(Fields, Vec<usize>), Fault> {
             if is_quoted {
                 return Err(Fault::OpenQuote(line));
             }
-            if is_name {
-                return Err(Fault::OpenBracket(line));
-            }
-            if key.is_none() && !field.is_empty() {
+            if key.is_none() && !(field.is_empty() && done.is_empty()) {
                 ignored.push(line);
                 field.clear();
+                done.clear();
             }
             is_comment = false;
             line += 1;
@@ -122,8 +123,24 @@ pub(super) fn fields(text: &str) -> Result<(Fields, Vec<usize>), Fault> {
             is_comment = true;
             continue;
         }
-        if last != line {
+        let is_first = last != line;
+        if is_first {
             (before, last) = (last, line);
+        }
+        let is_bare = !is_quoted && !"\"=[,;".contains(letter);
+        if key.is_some() && !is_quoted && (is_bare || letter == '"') {
+            // Two texts without a comma between them are one, but not a word and what is on another line.
+            if let Some(own) = filled.filter(|own| *own != line && (is_bare || bare.is_some())) {
+                return Err(match rest(text, place).contains('=') {
+                    true => Fault::NoSemicolon(own),
+                    false => Fault::NoPart(bare.unwrap_or(line)),
+                });
+            }
+            filled = Some(line);
+            bare = bare.or(is_bare.then_some(line));
+        }
+        if matches!(letter, '=' | ',' | ';') && !is_quoted {
+            (filled, bare) = (None, None);
         }
         match letter {
             '"' => is_quoted = !is_quoted,
@@ -132,6 +149,8 @@ pub(super) fn fields(text: &str) -> Result<(Fields, Vec<usize>), Fault> {
                 field.push('"');
             }
             _ if is_quoted => field.push(letter),
+            '=' if is_first => return Err(Fault::NoEntryLine(line)),
+            '[' if !has_name(rest(text, place)) => return Err(Fault::OpenBracket(line)),
             '=' | '[' if key.is_some() => {
                 let line = before.max(begin);
                 return Err(Fault::NoSemicolon(line));
@@ -153,7 +172,12 @@ pub(super) fn fields(text: &str) -> Result<(Fields, Vec<usize>), Fault> {
                 done.push(std::mem::take(&mut field).trim().to_owned());
                 let value = std::mem::take(&mut done);
                 let own = key.take().filter(|key: &String| !key.is_empty());
-                let own = own.ok_or(Fault::NoEntryLine(line))?;
+                let own = own.ok_or_else(|| {
+                    // The lines since the last entry are the beginning of what is none.
+                    let first = ignored.iter().find(|line| **line > ended);
+                    Fault::NoEntryLine(first.copied().unwrap_or(line))
+                })?;
+                ended = line;
                 all.insert((section.clone(), own), value);
             }
             // Two texts without a comma between them are one.
@@ -164,6 +188,17 @@ pub(super) fn fields(text: &str) -> Result<(Fields, Vec<usize>), Fault> {
         Some(key) => Err(Fault::NoEnd(last, shown(&key))),
         None => Ok((all, ignored)),
     }
+}
+
+/// What is on the same line.
+fn rest(text: &str, place: usize) -> &str {
+    text[place..].lines().next().unwrap_or_default()
+}
+
+/// Whether this is the name of a section in brackets.
+fn has_name(line: &str) -> bool {
+    let name = line.strip_prefix('[').and_then(|line| line.split_once(']'));
+    name.is_some_and(|(name, _)| !name.trim().is_empty() && !name.contains(['[', '$', '=', ';']))
 }
 
 /// Whether a backslash in a text is before a quotation mark of the text. One at the end of the text is a letter: `"C:\"`.

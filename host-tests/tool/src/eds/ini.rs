@@ -1,6 +1,7 @@
 //! The sections of a CANopen data sheet, with names in small letters, because they are compared without capitals.
 
-use super::{MOST, too_many};
+use super::canopen::address;
+use super::{MOST, shown, too_many};
 use crate::error::Fault;
 use std::collections::HashMap;
 
@@ -31,11 +32,12 @@ impl Section {
 /// The sections by name.
 pub type Sections = HashMap<String, Section>;
 
-/// The sections, and the lines that are neither a section, a key nor a comment. Such a line changes no entry. If a name is there twice,
-/// the last one counts, as its keys do.
+/// The sections, and the lines that are neither a section, a key nor a comment. Such a line changes no entry. If a key is there twice, the
+/// last one counts.
 ///
 /// # Errors
-/// One sentence with the line that cannot be read. The keys behind a damaged name of a section would belong to the section before.
+/// One sentence with the line that cannot be read. The keys behind a damaged name of a section would belong to the section before, and those
+/// behind the name of an object that was there already would change this object.
 pub fn sections(text: &str) -> Result<(Sections, Vec<usize>), Fault> {
     if let Some(place) = text.lines().position(|line| line.len() > LONGEST) {
         return Err(Fault::LongLine(place + 1));
@@ -51,12 +53,18 @@ pub fn sections(text: &str) -> Result<(Sections, Vec<usize>), Fault> {
     for (place, line) in text.lines().enumerate() {
         let line = line.trim();
         let damaged = || Fault::BadLine(place + 1);
+        let is_nameless = |line: &str| line.trim_matches(['[', ']', ' ']).is_empty();
         if line.is_empty() || line.starts_with([';', '#']) {
+        } else if line.starts_with('=') || (line.len() > 1 && is_nameless(line)) {
+            ignored.push(place + 1);
         } else if let Some(rest) = line.strip_prefix('[') {
             let name = rest.split_once(']').map(|(name, _)| name);
             let name = name.filter(|name| !name.contains('['));
             let name = name.ok_or_else(damaged)?;
             current = small(name);
+            if address(&current).is_some() && sections.contains_key(&current) {
+                return Err(Fault::SectionTwice(place + 1, shown(&current)));
+            }
             sections.entry(current.clone()).or_default();
         } else if let Some((key, value)) = line.split_once('=') {
             let section = sections.entry(current.clone()).or_default();

@@ -104,8 +104,10 @@ texts! {
         LongLine(line: usize) = "line {line} is too long", "Zeile {line} ist zu lang";
         BadLine(line: usize) = "line {line} is not a valid line of an EDS", "Zeile {line} ist keine gültige Zeile einer EDS";
         OpenQuote(line: usize) = "line {line} has an open quotation mark", "Zeile {line} hat ein offenes Anführungszeichen";
-        OpenBracket(line: usize) = "line {line} has an open bracket", "Zeile {line} hat eine offene Klammer";
+        OpenBracket(line: usize) = "line {line} has an open bracket, or no name in it", "Zeile {line} hat eine offene Klammer oder keinen Namen darin";
         NoSemicolon(line: usize) = "line {line} has no semicolon at the end of an entry", "Zeile {line} hat am Ende eines Eintrags kein Semikolon";
+        NoPart(line: usize) = "line {line} is no part of the entry, or has no comma at its end", "Zeile {line} ist kein Teil des Eintrags oder hat am Ende kein Komma";
+        SectionTwice(line: usize, name: String) = "line {line} has the section [{name}] again", "Zeile {line} hat den Abschnitt [{name}] noch einmal";
         NoEntryLine(line: usize) = "line {line} is no entry of an EDS", "Zeile {line} ist kein Eintrag einer EDS";
         NoEnd(line: usize, entry: String) = "line {line}: the entry {entry} has no end", "Zeile {line}: Der Eintrag {entry} hat kein Ende";
         NoEntry = "it has no entry that can be read or written", "es hat keinen Eintrag, der gelesen oder geschrieben werden kann";

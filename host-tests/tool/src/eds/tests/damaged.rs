@@ -9,6 +9,11 @@ const DEVICE: &str = "[Device]\nVendCode = 9;\nVendName = \"Example\";\nProdCode
     Param1 = 0, 6, \"20 65 24 01 30 71\", 0, 0xC7, 2, \"One\", \"\", \"help\", 10, 1000, 10;\n\
     Param2 = 0, 6, \"20 65 24 01 30 72\", 0, 0xC6, 1, \"Two\", \"\", \"help\", 1, 9, 2;\n";
 
+/// The same device with an entry of several lines, as most makers write it.
+const LINES: &str = "[Device]\nVendCode = 9;\nProdCode = 7;\n[Params]\n\
+    Param1 =\n0,\n6, \"20 65 24 01 30 71\",\n0, 0xC7, 2,\n\"One\",\n\"\",\n\"help\"\n\"more\",\n10, 1000, 10;\n\
+    Param2 = 0, 6, \"20 65 24 01 30 72\", 0, 0xC6, 1, \"Two\", \"\", \"help\", 1, 9, 2;\n";
+
 fn entries(sheet: &Sheet) -> Vec<(Address, DataType, String, Permitted)> {
     let entries = sheet.entries.iter();
     let entries = entries.map(|own| (own.address, own.data_type, own.title.clone(), own.permitted));
@@ -28,6 +33,9 @@ fn stray_line_changes_no_entry() {
         (OBJECTS, "// terminator"),
         (OBJECTS, "***"),
         (OBJECTS, "DataType"),
+        (OBJECTS, "[]"),
+        (OBJECTS, "[ ]"),
+        (OBJECTS, "= 5"),
         (DEVICE, "// terminator"),
         (DEVICE, "***"),
     ] {
@@ -38,6 +46,54 @@ fn stray_line_changes_no_entry() {
             let ignored = &sheet.data_sheet.unwrap().ignored;
             assert_eq!(*ignored, [behind + 1], "{stray}");
         }
+    }
+}
+
+#[test]
+fn stray_line_in_an_entry_of_several_lines_is_an_error_with_its_line() {
+    for stray in [
+        "// terminator",
+        "***",
+        "words",
+        "words 7",
+        "]",
+        "[]",
+        "[Params",
+        "= 5;",
+    ] {
+        for behind in 5..=12 {
+            let why = parsed(with_line(LINES, behind, stray).as_bytes()).unwrap_err();
+            let line = format!("line {} ", behind + 1);
+            assert!(why.contains(&line), "{stray} behind line {behind}: {why}");
+        }
+    }
+    let wanted = entries(&parsed(LINES.as_bytes()).unwrap());
+    for behind in [0, 1, 2, 3, 4, 13, 14] {
+        let sheet = parsed(with_line(LINES, behind, ", 5").as_bytes()).unwrap();
+        assert_eq!(entries(&sheet), wanted, "behind line {behind}");
+        assert_eq!(sheet.data_sheet.unwrap().ignored, [behind + 1]);
+    }
+    let why = parsed(LINES.replace("Param1 =\n", "").as_bytes()).unwrap_err();
+    assert!(why.contains("line 5 "), "{why}");
+}
+
+#[test]
+fn missing_semicolon_of_an_entry_of_several_lines_is_an_error_with_its_line() {
+    for (entry, line) in [("9;", 2), ("7;", 3), ("10;", 13)] {
+        let text = LINES.replacen(entry, &entry[..entry.len() - 1], 1);
+        let why = parsed(text.as_bytes()).unwrap_err();
+        assert!(
+            why.contains(&format!("line {line} has no semicolon")),
+            "{why}"
+        );
+    }
+}
+
+#[test]
+fn object_that_is_there_twice_is_an_error_with_its_line() {
+    for again in ["[2000]", "[2000] as above"] {
+        let why = parsed(with_line(OBJECTS, 8, again).as_bytes()).unwrap_err();
+        assert!(why.contains("line 9 "), "{why}");
     }
 }
 
