@@ -7,6 +7,7 @@ use crate::master::Addresses;
 use crate::ops::Request;
 use crate::question::Name;
 use crate::scan::kbits;
+use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{Args, CommandFactory, FromArgMatches, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
 use plumbline::can::BitRate;
@@ -407,17 +408,28 @@ pub fn parse(words: &[OsString]) -> Result<Cli, clap::Error> {
         let matches = command().try_get_matches_from(words);
         matches.and_then(|matches| Cli::from_arg_matches(&matches))
     };
-    parsed(words).or_else(|error| parsed(&joined(words)).map_err(|_| error))
+    parsed(words).or_else(|error| {
+        // A word that is no argument and no name of a question: the error of its value lists the names.
+        let wrong = match error.get(ContextKind::InvalidArg) {
+            Some(ContextValue::String(wrong)) if !wrong.starts_with('-') => Some(&**wrong),
+            _ => None,
+        };
+        parsed(&joined(words, wrong)).map_err(|named| match named.kind() {
+            ErrorKind::InvalidValue => named,
+            _ => error,
+        })
+    })
 }
 
-/// The same words, with `=` between `--yes` and names of questions.
-fn joined(words: &[OsString]) -> Vec<OsString> {
+/// The same words, with `=` between `--yes` and names of questions, or this word.
+fn joined(words: &[OsString], wrong: Option<&str>) -> Vec<OsString> {
     let mut joined: Vec<OsString> = Vec::new();
     for word in words {
-        let mut names = word.to_str().unwrap_or_default().split(',');
+        let text = word.to_str().unwrap_or_default();
+        let mut names = text.split(',');
         let is_named = names.all(|name| Name::from_str(name, false).is_ok());
         match joined.last_mut() {
-            Some(last) if is_named && last == "--yes" => {
+            Some(last) if (is_named || wrong == Some(text)) && last == "--yes" => {
                 last.push("=");
                 last.push(word);
             }

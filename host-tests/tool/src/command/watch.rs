@@ -217,5 +217,8 @@ pub(super) fn summarize(
 }
 
 pub(super) fn unwritten(path: &Path, error: &io::Error) -> Error {
-    FileError::OutputUnwritten(path.display().to_string(), error.to_string()).into()
+    match error.kind() {
+        io::ErrorKind::BrokenPipe => FileError::Closed(error.to_string()).into(),
+        _ => FileError::OutputUnwritten(path.display().to_string(), error.to_string()).into(),
+    }
 }

@@ -45,6 +45,18 @@ fn names_of_questions_follow_yes_without_an_equals_sign_after_the_command() {
     }
 }
 
+#[test]
+fn word_after_yes_that_is_no_question_is_refused_with_the_names() {
+    for line in ["backup a.toml --yes foo", "zero x --yes zero,foo"] {
+        let output = plumbline("demo:is2", line);
+        let notes = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(2), "{line}: {notes}");
+        for part in ["'foo'", "data-sheet", "overwrite"] {
+            assert!(notes.contains(part), "{line}: {notes}");
+        }
+    }
+}
+
 #[cfg(unix)]
 #[test]
 fn ctrl_c_at_a_question_ends_the_program_and_an_answer_goes_on() {
