@@ -229,11 +229,13 @@ fn on_bus(cli: &Cli, bus: &mut Bus, terminal: &mut Terminal) -> Result<(), Error
                 // After a restart the sensor needs some time before it answers.
                 let next = matches!(request, Request::Restart).then(|| Place::next(session));
                 let report = ops::perform(request, session, found, (&mut labels, false), terminal)?;
-                let place = next.map_or_else(|| Place::now(session), Place::restarted);
-                let told = place::moves(request).then(|| place.told(options, session, found));
+                let place = Place::after(request, &report, session, next);
+                let told = place.told_after(request, options, session, found);
                 Ok((report, told, place))
             })?;
-            bus.place = Some(place);
+            if !place.after_restart {
+                bus.place = Some(place);
+            }
             if let Some(told) = told {
                 terminal.note(&told);
             }

@@ -2,9 +2,11 @@
 
 use crate::cli::Options;
 use crate::identify::Found;
-use crate::master::Target;
+use crate::master::{Target, factory_rate, factory_target};
 use crate::note::Note;
-use crate::ops::{Request, rate};
+use crate::ops::report::Done;
+use crate::ops::{Report, Request, rate, set};
+use crate::resolve;
 use crate::serve::line;
 use crate::session::Session;
 use plumbline::can::BitRate;
@@ -15,7 +17,7 @@ pub(super) struct Place {
     pub rate: Option<BitRate>,
     pub target: Target,
     /// It is there only after a restart, which the command does not do.
-    after_restart: bool,
+    pub after_restart: bool,
 }
 
 impl Place {
@@ -41,12 +43,55 @@ impl Place {
         }
     }
 
+    /// Where the sensor is after an operation. `next`: where it would be after a restart, before the operation.
+    pub fn after(
+        request: &Request,
+        report: &Report,
+        session: &mut Session,
+        next: Option<Self>,
+    ) -> Self {
+        let product = session.sheet.product;
+        match (request, report) {
+            (Request::Restart, _) => next.map_or_else(|| Self::now(session), Self::restarted),
+            (
+                _,
+                Report::Done {
+                    done: Done::FactoryRestarts | Done::FactoryRestartsAt,
+                },
+            ) => Self {
+                rate: factory_rate(product).or(session.link.rate()),
+                target: factory_target(product).unwrap_or(session.target),
+                after_restart: false,
+            },
+            (Request::LoadFactory, _) => Self::next(session),
+            (Request::Set { assignments, .. }, Report::Written { stored, .. })
+                if (stored.is_some() || !set::is_saved_on_command(product))
+                    && moving(session, assignments) =>
+            {
+                Self::next(session)
+            }
+            _ => Self::now(session),
+        }
+    }
+
     /// The same when the command has restarted the sensor.
     pub fn restarted(self) -> Self {
         Self {
             after_restart: false,
             ..self
         }
+    }
+
+    /// The command line, if an operation can have moved the sensor.
+    pub fn told_after(
+        &self,
+        request: &Request,
+        options: &Options,
+        session: &Session,
+        found: &Found,
+    ) -> Option<Note> {
+        let is_moved = self.after_restart || self.target != found.target;
+        (moves(request) || is_moved).then(|| self.told(options, session, found))
     }
 
     /// The command line.
@@ -69,11 +114,22 @@ impl Place {
     }
 }
 
+/// Whether a parameter of assignments moves the sensor at its next restart.
+fn moving(session: &Session, assignments: &[String]) -> bool {
+    let sheet = &session.sheet;
+    let entries = assignments
+        .iter()
+        .filter_map(|own| resolve::assignments(sheet, own).ok());
+    let mut entries = entries.flatten();
+    entries.any(|(entry, _)| set::acts_later(sheet.product, entry))
+}
+
 /// Whether an operation can move the sensor.
-pub(super) fn moves(request: &Request) -> bool {
+fn moves(request: &Request) -> bool {
     matches!(
         request,
         Request::Restart
+            | Request::LoadFactory
             | Request::NodeId { .. }
             | Request::Mac { .. }
             | Request::Address { new: Some(_) }

@@ -135,6 +135,30 @@ fn command_that_can_move_the_sensor_tells_the_line_that_finds_it() {
             "mac 7",
             "now: plumbline --port bench --rate 250 --mac 7 get",
         ),
+        (
+            "tiltix080",
+            "",
+            "set mac-id=7",
+            "now: plumbline --port bench --rate 250 --mac 7 get",
+        ),
+        (
+            "tiltix080",
+            "",
+            "load-factory",
+            "now: plumbline --port bench --rate 125 --mac 63 get",
+        ),
+        (
+            "jn2101",
+            "",
+            "set node-id=34 --save",
+            "after its next restart: plumbline --port bench --rate 125 --node 34 get",
+        ),
+        (
+            "ims360",
+            "node-id 33",
+            "--node 33 load-factory",
+            "now: plumbline --port bench --rate 125 --node 50 get",
+        ),
     ] {
         let mut rig = Rig::with(product);
         if !before.is_empty() {
