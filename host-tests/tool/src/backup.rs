@@ -26,6 +26,8 @@ use crate::error::{Error, Fault, FileError, NumberError};
 use crate::identify::{Found, product};
 use crate::master::canopen::tables;
 use crate::number::Scale;
+use crate::ops::set::once_each;
+use crate::resolve;
 use crate::sheet::{Entry, Origin, Sheet, parameters};
 use plumbline::param::ParameterId;
 use std::path::Path;
@@ -162,18 +164,27 @@ impl Backup {
         Ok(backup)
     }
 
-    /// Changes values by their names.
+    /// Changes values by assignments as those of `set`. Returns the names of the values.
     ///
     /// # Errors
-    /// A value is not permitted, alone or together with the others.
-    pub fn change<'a>(
-        &mut self,
-        values: impl IntoIterator<Item = (&'a str, &'a str)>,
-    ) -> Result<(), Error> {
-        for (name, text) in values {
-            self.set(name, text)?;
+    /// A name is not known, or a value is not permitted, alone or together with the others.
+    pub fn assign(&mut self, assignments: &[String]) -> Result<Vec<String>, Error> {
+        let sheet = self.sheet.clone();
+        let mut wanted = Vec::new();
+        for assignment in assignments {
+            wanted.extend(resolve::assignments(&sheet, assignment)?);
         }
-        Ok(self.constrain()?)
+        once_each(wanted.iter().map(|(entry, _)| *entry))?;
+        // The resolution comes first: it is the unit of other values.
+        wanted.sort_by_key(|(entry, _)| !sheet.is_resolution(entry));
+        for (entry, text) in &wanted {
+            self.set(&entry.name, text)?;
+        }
+        self.constrain()?;
+        Ok(wanted
+            .into_iter()
+            .map(|(entry, _)| entry.name.clone())
+            .collect())
     }
 
     /// Checks the values against each other.

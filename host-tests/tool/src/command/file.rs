@@ -5,9 +5,8 @@ use crate::backup::{Backup, write_file};
 use crate::eds::dcf::{self, Commissioning};
 use crate::error::{Error, FileError};
 use crate::identify::Found;
-use crate::ops::{self, set};
+use crate::ops;
 use crate::output::Terminal;
-use crate::resolve;
 use crate::session::Session;
 use crate::sheet::Sheet;
 use serde_json::{Map, Value, json};
@@ -98,23 +97,14 @@ pub(super) fn set_in_file(
     terminal: &mut Terminal,
 ) -> Result<(), Error> {
     let mut backup = Backup::read_with(path, foreign)?;
-    let sheet = backup.sheet.clone();
     let mut changed = Map::new();
-    let mut wanted = Vec::new();
-    for assignment in assignments {
-        wanted.extend(resolve::assignments(&sheet, assignment)?);
-    }
-    set::once_each(wanted.iter().map(|(entry, _)| *entry))?;
-    // The resolution comes first: it is the unit of other values.
-    wanted.sort_by_key(|(entry, _)| !sheet.is_resolution(entry));
-    let texts = wanted.iter().map(|(entry, text)| (&*entry.name, &**text));
-    backup.change(texts)?;
+    let names = backup.assign(assignments)?;
     backup.write(path)?;
-    for (entry, _) in &wanted {
-        if let Some((own, raw)) = backup.values.iter().find(|(own, _)| own.name == entry.name) {
+    for name in names {
+        if let Some((own, raw)) = backup.values.iter().find(|(own, _)| own.name == name) {
             let shown = backup.text_of(own, *raw);
-            terminal.line(format!("{}  {shown}", entry.name))?;
-            changed.insert(entry.name.clone(), backup.json_of(own, *raw));
+            terminal.line(format!("{name}  {shown}"))?;
+            changed.insert(name, backup.json_of(own, *raw));
         }
     }
     terminal.document(&Value::Object(changed))

@@ -112,7 +112,7 @@ pub(super) async fn set(State(app): State<Arc<App>>, body: Bytes) -> Answer {
 
 fn changed(set: &Set, sheets: &Sheets) -> Result<Value, Error> {
     let mut backup = read(&set.text, sheets, set.sheet.as_deref())?;
-    backup.change([(&*set.name, &*set.value)])?;
+    backup.assign(&[format!("{}={}", set.name, set.value)])?;
     Ok(document(&backup, sheets))
 }
 

@@ -241,6 +241,14 @@ fn file_is_edited_without_sensor() {
             "{name}={value}"
         );
     }
+    // Names are those of the command line: of a group, and the beginnings of words.
+    let file = server.post("/api/file", r#"{"product":"is2"}"#).json();
+    let changed = set(&file["text"], "filter", "9Hz,butterworth").json();
+    let group = ["cut-off", "filter-type"].map(|name| changed["values"][name]["raw"].clone());
+    assert_eq!(group, [json!(9000), json!(1)]);
+    let changed = set(&file["text"], "cyclic-t", "0,5 S").json();
+    assert_eq!(changed["values"]["cyclic-time"]["raw"], 500);
+    assert_eq!(set(&file["text"], "filter", "9Hz").code(), "out-of-range");
     for text in [
         "",
         "x",
