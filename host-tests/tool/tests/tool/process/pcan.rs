@@ -102,6 +102,33 @@ fn adapter_that_cannot_be_used_is_told_with_the_next_step() {
     assert!(text.contains("no listen-only mode"), "{output:?}");
 }
 
+/// The adapter is pulled out while frames come and go.
+#[test]
+fn adapter_that_is_pulled_out_ends_log_and_send_with_one_sentence() {
+    let sensor = Sensor::start("is2", BusRate::Follow, Clock::Client);
+    for (arguments, lines) in [
+        ("log - --seconds 60", 1),
+        // It also tells the frame, and how many were sent.
+        ("send 123#01 --every 10 --seconds 60", 3),
+    ] {
+        let output = run(
+            &sensor,
+            "pcan",
+            "unplugged",
+            &format!("--rate 250 {arguments}"),
+        );
+        let text = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(4), "{arguments}: {output:?}");
+        assert!(
+            text.contains(
+                "the adapter pcan:USBBUS1 has failed (A channel is invalid): plug it in again"
+            ),
+            "{arguments}: {text}"
+        );
+        assert_eq!(text.lines().count(), lines, "{arguments}: {text}");
+    }
+}
+
 #[test]
 fn controller_in_bus_off_is_opened_again() {
     let sensor = Sensor::start("is2", BusRate::Follow, Clock::Client);
