@@ -60,7 +60,7 @@ fn speed(text: &str) -> Result<f64, String> {
 /// What `send` sends.
 #[derive(Clone, Debug, Args)]
 pub struct Sending {
-    /// Frames as in a log (181#0102, 18EAFFFE#00EE00, 60A#R4), or a TOML file with a list: [[send]] with frame = "181#0102" and, for a periodic frame, every = 100 (ms)
+    /// Frames as in a log (181#0102, 18EAFFFE#00EE00, 60A#R4), or a TOML file with a list: `[[send]]`, `frame = "181#0102"` and, for a periodic frame, `every = 100` (ms)
     #[arg(required = true, value_name = "FRAME or LIST")]
     pub what: Vec<Sent>,
     /// Send the frames of the command line again and again, with this period in ms
