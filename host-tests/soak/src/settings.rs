@@ -6,10 +6,16 @@ use plumbline::param::Persistence;
 use plumbline_tool::error::Error;
 use plumbline_tool::master::{Roles, Storing};
 use plumbline_tool::session::Session;
-use plumbline_tool::sheet::{Entry, Origin, Sheet};
+use plumbline_tool::sheet::{Address, Entry, Origin, Sheet};
 
 /// Periods shorter than this many ms load the bus so much that a master cannot send any more.
 const SHORTEST: u32 = 50;
+
+/// The variant of the IMS360 (3120h): after the next start, the mapping of the PDOs follows it.
+const VARIANT: Address = Address::Object {
+    index: 0x3120,
+    sub: 1,
+};
 
 /// A setting of the sensor.
 #[derive(Clone, Debug)]
@@ -91,7 +97,7 @@ fn read(session: &mut Session, all: &[Setting]) -> Result<Vec<u32>, Error> {
     read
 }
 
-/// The settings of a product without bit rate, addresses, identifiers and protocol.
+/// The settings of a product without bit rate, addresses, identifiers, protocol and variant.
 fn all(sheet: &Sheet) -> Vec<Setting> {
     let product = sheet.product;
     let roles: Vec<Roles> = plumbline_tool::master::PROTOCOLS
@@ -103,7 +109,9 @@ fn all(sheet: &Sheet) -> Vec<Setting> {
     let kept = |entry: &&Entry| match entry.origin {
         Origin::Parameter(id) => {
             let is_role = |own: &Roles| own.is_rate(id) || own.is_address(id);
-            !roles.iter().any(is_role) && selector.is_none_or(|(own, _)| own != id)
+            entry.address != VARIANT
+                && !roles.iter().any(is_role)
+                && selector.is_none_or(|(own, _)| own != id)
         }
         _ => false,
     };
