@@ -1,6 +1,7 @@
 //! The command line.
 
 pub mod frames;
+pub mod replace;
 
 use crate::known::{known, parameters, products, rates, text};
 use crate::master::Addresses;
@@ -321,6 +322,12 @@ pub enum Command {
         /// Do not write the settings into a file before
         #[arg(long)]
         no_backup: bool,
+    },
+    /// Replace a sensor: keep what the old one is in a file, then make the new one equal and compare both
+    Replace {
+        /// The step
+        #[command(subcommand)]
+        step: replace::Replace,
     },
     /// Say what is wrong with the bus: load, errors, duplicate identifiers, nobody acknowledging, a missing terminator, a wrong bit rate
     Doctor {

@@ -42,6 +42,9 @@ texts! {
         Tpdo(number: u16) = "TPDO {number} of the operational node is on, although no message of it is received now, and other devices can need it. Change it until the command ends?",
             "TPDO {number} des Knotens in Betrieb ist ein, obwohl jetzt keine Nachricht von ihm kommt, und andere Geräte können es brauchen. Es ändern, bis der Befehl endet?";
         #[serde(skip)]
+        NotCarried(names: String) = "The new sensor does not take {names}. Write the other settings?",
+            "Der neue Sensor nimmt {names} nicht. Die übrigen Einstellungen schreiben?";
+        #[serde(skip)]
         Turn(angles: String) = "{angles}. Turn the sensor by 180 deg about the vertical axis, on the same place. Is it turned and at rest?",
             "{angles}. Drehen Sie den Sensor um 180 Grad um die senkrechte Achse, auf derselben Stelle. Ist er gedreht und in Ruhe?";
         #[serde(skip)]
@@ -154,6 +157,7 @@ impl Question {
             Self::OtherProduct { .. } => Name::Product,
             Self::DataSheet { .. } => Name::DataSheet,
             Self::Change { change, .. } => change.name(),
+            Self::NotCarried(_) => Name::Restore,
             Self::Period(_) | Self::Tpdo(_) => Name::Cyclic,
             Self::Overwrite(_) => Name::Overwrite,
             Self::WhichProduct { .. } | Self::Turn(_) | Self::Calibrate(_) => return None,

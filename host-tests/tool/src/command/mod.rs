@@ -13,6 +13,7 @@ mod parameters;
 mod place;
 mod ports;
 mod record;
+mod replace;
 mod replay;
 mod send;
 mod sender;
@@ -317,6 +318,7 @@ fn on_bus(cli: &Cli, bus: &mut Bus, terminal: &mut Terminal) -> Result<(), Error
             let sender = Sender::open(bus.adapter()?, options.rate, seconds, terminal)?;
             send::send(sender, items, terminal)
         }
+        Command::Replace { step } => replace::run(step, bus, terminal),
         Command::Doctor { seconds, active } => doctor::examine(bus, *seconds, *active, terminal),
         Command::Update {
             file,

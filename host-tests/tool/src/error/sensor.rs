@@ -137,6 +137,8 @@ errors! {
         LongRequest: Usage "too-long" = "an explicit request has at most four bytes of data",
             "eine explizite Anfrage hat höchstens vier Bytes Daten";
         BusFaults(count: usize): Refused "bus-faults" = "faults of the bus: {count}", "Fehler des Busses: {count}";
+        Replacement(count: usize): Refused "different" = "the new sensor differs from the old one: {count}; the report lists the differences",
+            "der neue Sensor unterscheidet sich vom alten: {count}; der Bericht nennt die Unterschiede";
         Different(count: usize, path: String): Refused "different" = "{count} settings of the sensor differ from {path}",
             "{count} Einstellungen des Sensors sind anders als in {path}";
     }

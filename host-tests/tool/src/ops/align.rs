@@ -1,33 +1,21 @@
 //! `align`: the offset of the mounting, by the reversal. The sensor is read at rest, turned by 180 deg about the vertical axis, and read
 //! again. The turn inverts the inclination of the surface and keeps the offset of the mounting, so the mean of both angles is the offset.
 
-pub(crate) mod rest;
-
 use super::adjust::{What, chosen};
 use super::report::{Done, Values};
+use super::rest::{self, Rest, degrees, thousandths, wrapped};
 use super::{get, set};
-use crate::error::{Error, RequestError, SensorError, Silence};
+use crate::error::{Error, RequestError};
 use crate::identify::Found;
-use crate::note::{Note, Step};
+use crate::note::Note;
 use crate::number::Scale;
 use crate::output::Terminal;
 use crate::question::{Change, Name, Question};
-use crate::sample::{Sample, Sampler};
+use crate::sample::Sampler;
 use crate::session::Session;
 use crate::sheet::Entry;
 use plumbline::model::catalog::Offset;
-use plumbline::time::{Duration, after, millis};
-use rest::{PERIOD, Rest, Window, reversal, wrapped};
 use serde::Serialize;
-
-/// The longest wait for rest.
-const LONGEST: Duration = millis(60_000);
-
-/// The longest time without an answer.
-const SILENT: Duration = millis(3000);
-
-/// The pause between two notes about the motion.
-const TOLD: Duration = millis(5000);
 
 /// The offset of the mounting.
 #[derive(Clone, Debug, Serialize)]
@@ -96,27 +84,11 @@ impl Aligned {
     }
 }
 
-fn thousandths(degrees: f64) -> f64 {
-    // Adds 0, so that -0 becomes 0.
-    (degrees * 1e3).round() / 1e3 + 0.0
-}
-
 /// An angle with its offset.
 struct Axis {
     angle: Entry,
     scale: Scale,
     offset: Offset,
-}
-
-impl Axis {
-    /// A step of the number, in degrees.
-    fn step(&self) -> f64 {
-        degrees(&self.scale, 1)
-    }
-}
-
-fn degrees(scale: &Scale, number: i64) -> f64 {
-    number as f64 * scale.multiplier as f64 / 10_f64.powi(scale.decimals.into())
 }
 
 /// Measures the offset of the mounting and writes it as zero. Nothing is written before the last question.
@@ -131,12 +103,16 @@ pub(crate) fn align(
     }
     let axes = axes(session)?;
     let mut sampler = Sampler::new(session)?;
-    let first = at_rest(session, &mut sampler, &axes, terminal)?;
+    let angles = axes.iter();
+    let angles: Vec<_> = angles
+        .map(|axis| (axis.angle.clone(), axis.scale.clone()))
+        .collect();
+    let first = rest::wait(session, &mut sampler, &angles, terminal)?;
     if !terminal.ask(&Question::Turn(shown(&axes, &first)))? {
         let sensor = found.about(session.link.rate()).to_string();
         return Err(RequestError::NotTurned(sensor).into());
     }
-    let turned = at_rest(session, &mut sampler, &axes, terminal)?;
+    let turned = rest::wait(session, &mut sampler, &angles, terminal)?;
     let both = first.iter().zip(&turned).zip(&axes);
     let angles: Vec<Angle> = both
         .map(|((first, turned), axis)| Angle::new(axis.angle.name.clone(), *first, *turned))
@@ -182,71 +158,6 @@ fn axes(session: &mut Session) -> Result<Vec<Axis>, Error> {
         });
     }
     Ok(axes)
-}
-
-/// Waits until all angles are at rest, and measures them.
-fn at_rest(
-    session: &mut Session,
-    sampler: &mut Sampler,
-    axes: &[Axis],
-    terminal: &mut Terminal,
-) -> Result<Vec<Rest>, Error> {
-    let entries = sampler.entries();
-    let place = |axis: &Axis| {
-        entries
-            .iter()
-            .position(|own| own.origin == axis.angle.origin)
-    };
-    let every = millis(PERIOD);
-    let end = after(session.link.now(), LONGEST);
-    let mut next = after(session.link.now(), TOLD);
-    let mut window = Window::default();
-    let mut spread = None;
-    loop {
-        match sampler.poll(session, every)? {
-            Some(sample) => {
-                let angles = axes
-                    .iter()
-                    .map(|axis| angle(&sample, place(axis), &axis.scale));
-                match angles.collect() {
-                    Some(angles) => window.push(angles),
-                    None => window.clear(),
-                }
-            }
-            None => window.clear(),
-        }
-        if let Some(rest) = window.rest() {
-            let largest = rest.iter().map(|rest| rest.spread).fold(0.0, f64::max);
-            spread = Some(largest);
-            let mut quiet = rest.iter().zip(axes);
-            if quiet.all(|(rest, axis)| rest.is_quiet(axis.step())) {
-                return Ok(rest);
-            }
-        }
-        let now = session.link.now();
-        let silence = sampler.silence(now);
-        if silence >= SILENT {
-            return Err(Silence::Seconds(silence.to_secs()).into());
-        }
-        if now >= end {
-            return Err(match spread {
-                Some(spread) => SensorError::NotAtRest(thousandths(spread)).into(),
-                None => SensorError::NoValidAngle.into(),
-            });
-        }
-        if now >= next {
-            next = after(now, TOLD);
-            terminal.note(&spread.map_or(Step::NoAngleYet, |own| Step::Moves(thousandths(own))));
-        }
-        if !sampler.wait(session, every, &*terminal.stopped)? {
-            return Err(crate::link::stopped());
-        }
-    }
-}
-
-fn angle(sample: &Sample, place: Option<usize>, scale: &Scale) -> Option<f64> {
-    let number = sample.numbers.get(place?)?;
-    number.map(|number| degrees(scale, number))
 }
 
 /// The angles in a question.
@@ -306,5 +217,37 @@ fn confirm(
     match terminal.ask(&question)? {
         true => Ok(()),
         false => Err(RequestError::NotConfirmed(sensor, Name::Zero.to_string()).into()),
+    }
+}
+
+/// The offset of the mounting and the inclination of the surface, of the angle in one direction and that after a turn by 180 deg about the
+/// vertical axis. The turn inverts the sign of the inclination only.
+fn reversal(first: f64, turned: f64) -> (f64, f64) {
+    let surface = wrapped(first - turned) / 2.0;
+    (wrapped(first - surface), surface)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const TURN: f64 = 360.0;
+
+    #[test]
+    fn reversal_separates_mounting_and_surface() {
+        for (mounting, surface) in [
+            (0.0, 0.0),
+            (1.5, 0.25),
+            (-3.0, -10.0),
+            (179.5, 2.0),
+            (-0.5, 30.0),
+        ] {
+            let (own, inclination) = reversal(
+                (mounting + surface + TURN) % TURN,
+                (mounting - surface + TURN) % TURN,
+            );
+            assert!((own - mounting).abs() < 1e-9, "{mounting} {surface}: {own}");
+            assert!((inclination - surface).abs() < 1e-9, "{inclination}");
+        }
     }
 }

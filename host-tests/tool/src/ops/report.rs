@@ -4,6 +4,7 @@ use super::adjust::What;
 use super::align::Aligned;
 use super::doctor;
 use super::identity::Told;
+use super::replace::report::Replaced;
 use crate::cli::NewRate;
 use crate::master::j1939::address::Shown as Address;
 use crate::sheet::Entry;
@@ -128,6 +129,8 @@ pub enum Report {
     Identity(Box<Told>),
     /// The offset of the mounting is zero.
     Aligned(Aligned),
+    /// The new sensor has the settings of the old one.
+    Replaced(Box<Replaced>),
     /// What is wrong with the bus.
     Doctor(doctor::Report),
 }
@@ -176,6 +179,7 @@ impl Report {
             Self::Identity(told) => told.lines(),
             Self::Aligned(aligned) => aligned.lines(),
             Self::Doctor(report) => report.lines(),
+            Self::Replaced(done) => done.lines(),
         }
     }
 }

@@ -28,6 +28,7 @@ mod opening;
 mod products;
 mod rates;
 mod refusals;
+mod replaced;
 mod replay;
 mod restored;
 pub mod rig;

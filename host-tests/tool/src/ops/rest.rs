@@ -1,6 +1,24 @@
-//! Whether the angles of a sensor are at rest: from the samples of the last 3 s.
+//! Waits until the angles of a sensor are at rest, and measures them: from the samples of the last 3 s.
 
+use crate::error::{Error, SensorError, Silence};
+use crate::link::stopped;
+use crate::note::Step;
+use crate::number::Scale;
+use crate::output::Terminal;
+use crate::sample::{Sample, Sampler};
+use crate::session::Session;
+use crate::sheet::Entry;
+use plumbline::time::{Duration, after, millis};
 use std::collections::VecDeque;
+
+/// The longest wait for rest.
+const LONGEST: Duration = millis(60_000);
+
+/// The longest time without an answer.
+const SILENT: Duration = millis(3000);
+
+/// The pause between two notes about the motion.
+const TOLD: Duration = millis(5000);
 
 /// The pause between two samples in ms.
 pub const PERIOD: u32 = 50;
@@ -81,15 +99,86 @@ impl Window {
     }
 }
 
-fn mean(values: &[f64]) -> f64 {
-    values.iter().sum::<f64>() / values.len().max(1) as f64
+/// A number in degrees.
+pub fn degrees(scale: &Scale, number: i64) -> f64 {
+    number as f64 * scale.multiplier as f64 / 10_f64.powi(scale.decimals.into())
 }
 
-/// The offset of the mounting and the inclination of the surface, of the angle in one direction and that after a turn by 180 deg about the
-/// vertical axis. The turn inverts the sign of the inclination only.
-pub fn reversal(first: f64, turned: f64) -> (f64, f64) {
-    let surface = wrapped(first - turned) / 2.0;
-    (wrapped(first - surface), surface)
+/// The same angle without more digits than a sensor has.
+pub fn thousandths(degrees: f64) -> f64 {
+    // Adds 0, so that -0 becomes 0.
+    (degrees * 1e3).round() / 1e3 + 0.0
+}
+
+/// Waits until these angles are at rest, and measures them.
+///
+/// # Errors
+/// They are never at rest or not valid, nobody answers, the adapter fails, or the user has pressed Ctrl-C.
+pub fn wait(
+    session: &mut Session,
+    sampler: &mut Sampler,
+    angles: &[(Entry, Scale)],
+    terminal: &mut Terminal,
+) -> Result<Vec<Rest>, Error> {
+    let entries = sampler.entries();
+    let places = angles.iter().map(|(entry, scale)| {
+        let place = entries.iter().position(|own| own.origin == entry.origin);
+        (place, scale)
+    });
+    let places: Vec<_> = places.collect();
+    let every = millis(PERIOD);
+    let end = after(session.link.now(), LONGEST);
+    let mut next = after(session.link.now(), TOLD);
+    let mut window = Window::default();
+    let mut spread = None;
+    loop {
+        match sampler.poll(session, every)? {
+            Some(sample) => {
+                let own = places.iter();
+                let own = own.map(|(place, scale)| angle(&sample, *place, scale));
+                match own.collect() {
+                    Some(angles) => window.push(angles),
+                    None => window.clear(),
+                }
+            }
+            None => window.clear(),
+        }
+        if let Some(rest) = window.rest() {
+            let largest = rest.iter().map(|rest| rest.spread).fold(0.0, f64::max);
+            spread = Some(largest);
+            let mut quiet = rest.iter().zip(angles);
+            if quiet.all(|(rest, (_, scale))| rest.is_quiet(degrees(scale, 1))) {
+                return Ok(rest);
+            }
+        }
+        let now = session.link.now();
+        let silence = sampler.silence(now);
+        if silence >= SILENT {
+            return Err(Silence::Seconds(silence.to_secs()).into());
+        }
+        if now >= end {
+            return Err(match spread {
+                Some(spread) => SensorError::NotAtRest(thousandths(spread)).into(),
+                None => SensorError::NoValidAngle.into(),
+            });
+        }
+        if now >= next {
+            next = after(now, TOLD);
+            terminal.note(&spread.map_or(Step::NoAngleYet, |own| Step::Moves(thousandths(own))));
+        }
+        if !sampler.wait(session, every, &*terminal.stopped)? {
+            return Err(stopped());
+        }
+    }
+}
+
+fn angle(sample: &Sample, place: Option<usize>, scale: &Scale) -> Option<f64> {
+    let number = sample.numbers.get(place?)?;
+    number.map(|number| degrees(scale, number))
+}
+
+fn mean(values: &[f64]) -> f64 {
+    values.iter().sum::<f64>() / values.len().max(1) as f64
 }
 
 #[cfg(test)]
@@ -130,23 +219,5 @@ mod tests {
         let rest = rest.rest().unwrap()[0];
         assert!(rest.is_quiet(0.01), "{rest:?}");
         assert!(wrapped(rest.angle).abs() < 1e-9, "{rest:?}");
-    }
-
-    #[test]
-    fn reversal_separates_mounting_and_surface() {
-        for (mounting, surface) in [
-            (0.0, 0.0),
-            (1.5, 0.25),
-            (-3.0, -10.0),
-            (179.5, 2.0),
-            (-0.5, 30.0),
-        ] {
-            let (own, inclination) = reversal(
-                (mounting + surface + TURN) % TURN,
-                (mounting - surface + TURN) % TURN,
-            );
-            assert!((own - mounting).abs() < 1e-9, "{mounting} {surface}: {own}");
-            assert!((inclination - surface).abs() < 1e-9, "{inclination}");
-        }
     }
 }

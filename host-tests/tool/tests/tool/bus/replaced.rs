@@ -1,0 +1,142 @@
+//! `replace`: a new sensor gets what the old one was, and both are compared.
+
+use super::rig::{Rig, file};
+use plumbline::measure::{I32x3, ONE_G, Reading};
+use serde_json::Value;
+use std::fs;
+
+/// An old sensor with this setting; the path of its file, which has the name of the test in it.
+fn kept(test: &str, product: &str, set: &str) -> String {
+    let mut old = Rig::with(product);
+    old.done(&format!("set {set} --save"));
+    let path = file(&format!("replaced-{test}-{product}.toml"));
+    let path = path.display().to_string();
+    old.witnessed();
+    let document = old.json(&format!("replace read {path}"));
+    assert_eq!(document["file"], path.as_str());
+    path
+}
+
+/// A new sensor.
+fn fresh(product: &str) -> Rig {
+    let mut rig = Rig::new(bench::BusRate::Follow);
+    rig.rate = Some("250");
+    rig.says_yes = true;
+    rig.attach(product, 2);
+    rig.run(3000);
+    rig
+}
+
+fn text<'a>(row: &'a Value, key: &str) -> &'a str {
+    row[key].as_str().unwrap_or("-")
+}
+
+#[test]
+fn new_sensor_of_the_same_product_gets_the_settings_of_the_old_one() {
+    for (product, set) in [
+        ("is2", "cyclic-time=100ms"),
+        ("jn2101", "heartbeat-interval-time=500"),
+        ("ims360", "zero-x=1.5deg"),
+        ("tiltix080", "differential-slope-long16-offset=1deg"),
+    ] {
+        let path = kept("same", product, set);
+        let mut rig = Rig::with(product);
+        let report = file(&format!("replaced-{product}.txt"));
+        let shown = report.display();
+        let document = rig.json(&format!("replace write {path} --report {shown}"));
+        let (name, _) = set.split_once('=').expect("a name");
+        let mut rows = document["settings"].as_array().expect("rows").iter();
+        let row = rows.find(|row| row["name"] == name).expect("the setting");
+        assert_eq!(text(row, "old"), text(row, "new"), "{product}");
+        assert_eq!(document["not_carried"], serde_json::json!([]), "{product}");
+        assert!(!document["replies"].as_array().unwrap().is_empty());
+        let difference = document["angles"][0]["difference"].as_f64().unwrap();
+        assert!(difference.abs() < 0.06, "{product}: {document}");
+        let signed = fs::read_to_string(report).expect("a report");
+        for part in ["no differences", "signature", name, product] {
+            assert!(signed.contains(part), "{product} {part}: {signed}");
+        }
+        // It is stored.
+        rig.run(1500);
+        rig.power_cycle(rig.first());
+        assert_eq!(rig.tool(&format!("diff {path} --exit-code")).code, 0);
+    }
+}
+
+#[test]
+fn file_of_the_old_sensor_has_its_identity_for_the_store_of_the_new_one() {
+    let path = kept(
+        "identity",
+        "tiltix080",
+        "differential-slope-long16-offset=1deg",
+    );
+    let store = file("replaced.bin");
+    let mut rig = fresh("tiltix080");
+    let arguments = format!("replace write {path} --store {}", store.display());
+    let ended = rig.tool(&arguments);
+    assert_eq!(ended.code, 0, "{ended:?}");
+    assert!(ended.notes.contains("identity of a unit"), "{ended:?}");
+    assert!(store.is_file());
+}
+
+#[test]
+fn settings_are_carried_to_another_generation_and_not_to_other_angles() {
+    let path = kept("generation", "is2d", "cyclic-time=100ms cut-off=5000mHz");
+    let mut rig = Rig::with("is2");
+    let document = rig.json(&format!("replace write {path}"));
+    let old = text(&document, "old");
+    assert!(old.starts_with("is2d, article"), "{document}");
+    assert_eq!(rig.json("get cyclic-time")["cyclic-time"]["raw"], 100);
+    for product in ["is1", "jn2101"] {
+        let mut rig = Rig::with(product);
+        let refused = rig.fails(&format!("replace write {path}"));
+        assert_eq!(refused, (2, "wrong-file".to_owned()));
+    }
+}
+
+#[test]
+fn angle_that_differs_is_a_difference() {
+    let path = kept("angle", "is2", "cyclic-time=100ms");
+    let mut rig = Rig::with("is2");
+    let level = Reading {
+        acceleration: I32x3 {
+            x: 0,
+            y: 0,
+            z: ONE_G,
+        },
+        temperature: 25_00,
+        ..Reading::default()
+    };
+    let id = rig.first();
+    let motion = Box::new(level);
+    rig.bus.borrow_mut().device_mut(id).set_motion(motion);
+    rig.run(3000);
+    let ended = rig.tool(&format!("replace write {path}"));
+    assert_eq!(ended.code, 1, "{ended:?}");
+    for part in ["difference -10.00 deg", "DIFFERENT"] {
+        assert!(ended.out.contains(part), "{part}: {ended:?}");
+    }
+}
+
+#[test]
+fn damaged_file_and_unplugged_adapter_are_errors() {
+    let path = kept("damaged", "is2", "cyclic-time=100ms");
+    let good = fs::read_to_string(&path).expect("a file");
+    for (from, to) in [
+        ("[angles]", "[other]"),
+        ("[identity]", "[identity]\ncolour = 1"),
+        ("spread = ", "width = "),
+        ("[replies]\n", "[replies]\nx = 1\n"),
+    ] {
+        assert!(good.contains(from), "{from}: {good}");
+        fs::write(&path, good.replace(from, to)).expect("a file");
+        let mut rig = Rig::with("is2");
+        let refused = rig.fails(&format!("replace write {path}"));
+        assert_eq!(refused, (2, "bad-file".to_owned()), "{from}");
+        assert_eq!(rig.json("get cyclic-time")["cyclic-time"]["raw"], 250);
+    }
+    fs::write(&path, good).expect("a file");
+    let mut rig = Rig::with("is2");
+    rig.cut = Some(30);
+    assert_eq!(rig.fails(&format!("replace write {path}")).0, 4);
+}
