@@ -6,6 +6,7 @@ use crate::image::ImageFile;
 use crate::link::Link;
 use crate::master::Target;
 use crate::master::canopen::sdo::{Answer, Server};
+use crate::master::canopen::{CONTROL, PROGRAM};
 use crate::note::Step;
 use crate::ops::rate;
 use crate::output::{Progress, Terminal};
@@ -20,10 +21,8 @@ const ENTRY: Duration = millis(3000);
 /// The longest time until the sensor answers after the update. A DeviceNet sensor checks its MAC ID first.
 const START: Duration = millis(10_000);
 
-/// The objects of the bootloader (CiA 302-3).
+/// The object of the image file (CiA 302-3).
 const FILE: (u16, u8) = (0x1F50, 1);
-const CONTROL: (u16, u8) = (0x1F51, 1);
-const PROGRAM: (u16, u8) = (0x1F56, 1);
 
 /// The values of 1F51h:01.
 const START_PROGRAM: u8 = 1;

@@ -57,6 +57,10 @@ pub const PROTOCOL: Protocol = Protocol {
     decoder: decode::decoder,
 };
 
+/// The objects of CiA 302-3: program control, and the CRC of the program.
+pub(crate) const CONTROL: (u16, u8) = (0x1F51, 1);
+pub(crate) const PROGRAM: (u16, u8) = (0x1F56, 1);
+
 /// A node, with its node-ID.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Node(pub u8);

@@ -1,7 +1,6 @@
 //! Reads, writes and commands of a session with an SDO server. A sensor in J1939 has one too.
 
-use super::Node;
-use super::tables;
+use super::{CONTROL, Node, PROGRAM, tables};
 use crate::error::{Error, RequestError, What};
 use crate::link::Link;
 use crate::master::canopen::lss;
@@ -101,10 +100,6 @@ pub(in crate::master) fn load(session: &mut Session, server: Server) -> Result<D
     }
     Ok(Done::FactoryLoaded)
 }
-
-/// The objects of CiA 302-3: program control, and the CRC of the program.
-const CONTROL: (u16, u8) = (0x1F51, 1);
-const PROGRAM: (u16, u8) = (0x1F56, 1);
 
 /// The CRC-32 of the program; None: the device does not have the object.
 pub(in crate::master) fn program(
