@@ -194,7 +194,7 @@ impl Stand {
     /// Waits until the sensor answers after a start.
     ///
     /// # Errors
-    /// It does not answer within [`START`].
+    /// It does not answer within four seconds.
     pub fn wait_for_start(&mut self) -> Result<(), Failure> {
         for master in &mut self.masters {
             let target = master.target;
