@@ -3,6 +3,7 @@
 //! Identifiers are those of the crate `embedded-can` 0.4, and [`Frame`] implements [`embedded_can::Frame`], so that frames of other
 //! drivers can be converted.
 
+use crate::walk::copy;
 pub use embedded_can::Id;
 use embedded_can::{ExtendedId, StandardId};
 
@@ -86,7 +87,7 @@ impl Frame {
     /// A data frame; None if `data` is longer than 8 bytes.
     pub fn data(id: Id, data: &[u8]) -> Option<Self> {
         let mut bytes = [0; 8];
-        bytes.get_mut(..data.len())?.copy_from_slice(data);
+        copy(bytes.get_mut(..data.len())?, data);
         Some(Self {
             head: CanId::from(id).0,
             length: data.len() as u8,

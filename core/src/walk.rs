@@ -44,6 +44,11 @@ pub(crate) const fn put<T: Copy>(items: &mut [T], place: usize, item: T) {
     items[place] = item;
 }
 
+/// Copies as many bytes as both have. Other than `copy_from_slice`, it has no panic path if the compiler does not inline it.
+pub(crate) fn copy(to: &mut [u8], from: &[u8]) {
+    to.iter_mut().zip(from).for_each(|(to, from)| *to = *from);
+}
+
 /// Whether two names are the same.
 pub(crate) const fn equal(one: &str, other: &str) -> bool {
     let (one, other) = (one.as_bytes(), other.as_bytes());

@@ -2,6 +2,7 @@
 
 use super::{Owner, unit};
 use crate::measure::calibration;
+use crate::walk::copy;
 use crc::{CRC_32_ISO_HDLC, Crc, NoTable};
 
 const MAGIC: u8 = b'P';
@@ -173,6 +174,6 @@ pub(super) fn encode_calibration(
 /// Writes the record of an identity with this encoding. Returns its size; None if the buffer is too small.
 pub(super) fn encode_unit(buffer: &mut [u8], sequence: u32, unit: &[u8]) -> Option<usize> {
     let place = buffer.get_mut(HEADER..HEADER + unit.len())?;
-    place.copy_from_slice(unit);
+    copy(place, unit);
     seal(buffer, DEVICE, sequence, unit.len())
 }

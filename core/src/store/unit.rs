@@ -31,7 +31,7 @@
 //! from space to `~`.
 
 use super::ImageId;
-use crate::walk::{each, put};
+use crate::walk::{copy, each, put};
 
 /// The length of the longest text.
 pub const NAME: usize = 32;
@@ -83,7 +83,7 @@ impl Name {
 
     fn of(text: &[u8]) -> Option<Self> {
         let mut bytes = [0; NAME];
-        bytes.get_mut(..text.len())?.copy_from_slice(text);
+        copy(bytes.get_mut(..text.len())?, text);
         let is_printable = text.iter().all(|byte| matches!(byte, b' '..=b'~'));
         (!text.is_empty() && is_printable).then_some(Self {
             length: text.len() as u8,
@@ -240,7 +240,7 @@ struct Fields<'a> {
 impl Fields<'_> {
     fn append(&mut self, bytes: &[u8]) -> Option<()> {
         let end = self.length + bytes.len();
-        self.into.get_mut(self.length..end)?.copy_from_slice(bytes);
+        copy(self.into.get_mut(self.length..end)?, bytes);
         self.length = end;
         Some(())
     }
