@@ -25,12 +25,9 @@ use plumbline::measure::{I32x3, ONE_G, Reading, SAMPLE_PERIOD};
 use plumbline::node::driver::{Driver, Line, Output, Platform, TwoPriorities};
 use plumbline::node::{Leds, ProductNode, StoreOf};
 use plumbline::store::{Owner, Store, StoreError};
-use plumbline::time::{Duration, Instant, after, earlier, millis, reached};
+use plumbline::time::{Instant, after, earlier};
 #[cfg(feature = "behind-bootloader")]
 use plumbline::update::Contact;
-
-/// The longest time in which the node takes no frame although the bus works. A restart takes 0.35 s; the clock stands during an erase.
-const SERVING_LIMIT: Duration = millis(1000);
 
 /// Runs a node without end. `store` and `element` are memory for the store and for the driver of the accelerometer. `link` is shared with the
 /// CAN interrupts.
@@ -85,9 +82,6 @@ pub unsafe fn run<N: ProductNode, E: Element>(
     let Some(bus) = Bus::new(can) else {
         SCB::sys_reset()
     };
-    let Some(outputs) = singleton!(OUTPUTS: [Outputs; 2] = [Outputs::OFF; 2]) else {
-        SCB::sys_reset()
-    };
     let mut app = App {
         driver: Driver::new(TwoPriorities::new(acquisition, link, BusEvents::new(bus))),
         hardware: Hardware {
@@ -95,17 +89,15 @@ pub unsafe fn run<N: ProductNode, E: Element>(
             store,
             leds,
             switches,
-            outputs,
+            lit: Leds::default(),
+            terminated: false,
+            heating: 0,
         },
-        link,
         sample_due: now,
-        served: now,
         reading: None,
     };
-    let mut before = now;
     loop {
         clock::restore();
-        before = clock::verify(before);
         watchdog.feed();
         if !app.turn() {
             sleep::sleep(app.wake());
@@ -180,48 +172,18 @@ struct Hardware<N: ProductNode, E: Element + 'static> {
     store: &'static mut ParameterStore<N>,
     leds: StatusLeds,
     switches: Switches,
-    /// The present outputs, twice: a disturbance of one is found.
-    outputs: &'static mut [Outputs; 2],
-}
-
-/// The LEDs that are on, the terminating resistor, the power of the heater in permille.
-#[derive(Clone, Copy, PartialEq, Eq)]
-struct Outputs {
+    /// The outputs: the LEDs that are on, the terminating resistor, the power of the heater in permille.
     lit: Leds,
     terminated: bool,
     heating: u16,
 }
 
-impl Outputs {
-    const OFF: Self = Self {
-        lit: Leds {
-            run: false,
-            error: false,
-            module_green: false,
-            module_red: false,
-        },
-        terminated: false,
-        heating: 0,
-    };
-}
-
 impl<N: ProductNode, E: Element> Hardware<N, E> {
-    /// Sets the outputs again: a disturbance can have changed them. Restarts if it has changed their values.
+    /// Sets the outputs again: a disturbance can have changed them.
     fn refresh(&mut self) {
-        let [outputs, copy] = *self.outputs;
-        if outputs != copy {
-            error!("restart: the outputs are disturbed");
-            board::restart();
-        }
-        self.leds.show(outputs.lit);
-        self.switches.terminate(outputs.terminated);
-        self.switches.heat(outputs.heating);
-    }
-
-    /// Changes both copies of the outputs, then sets them.
-    fn set(&mut self, change: impl Fn(&mut Outputs)) {
-        self.outputs.iter_mut().for_each(change);
-        self.refresh();
+        self.leds.show(self.lit);
+        self.switches.terminate(self.terminated);
+        self.switches.heat(self.heating);
     }
 }
 
@@ -230,9 +192,18 @@ impl<N: ProductNode, E: Element> Platform for Hardware<N, E> {
 
     fn perform(&mut self, output: Output) {
         match output {
-            Output::Leds(leds) => self.set(|outputs| outputs.lit = leds),
-            Output::Termination(on) => self.set(|outputs| outputs.terminated = on),
-            Output::Heater(permille) => self.set(|outputs| outputs.heating = permille),
+            Output::Leds(leds) => {
+                self.lit = leds;
+                self.leds.show(leds);
+            }
+            Output::Termination(on) => {
+                self.terminated = on;
+                self.switches.terminate(on);
+            }
+            Output::Heater(permille) => {
+                self.heating = permille;
+                self.switches.heat(permille);
+            }
             Output::SelfTest => self.element.test(),
         }
     }
@@ -269,10 +240,7 @@ impl<N: ProductNode, E: Element> Platform for Hardware<N, E> {
 struct App<N: ProductNode, E: Element + 'static> {
     driver: Driver<TwoPriorities<'static, &'static Shared<N>, BusEvents<N>>>,
     hardware: Hardware<N, E>,
-    link: &'static Shared<N>,
     sample_due: Instant,
-    /// The last time at which the node took part in the bus, or could not.
-    served: Instant,
     /// A reading for the measuring half.
     reading: Option<Reading>,
 }
@@ -331,25 +299,11 @@ impl<N: ProductNode, E: Element + 'static> App<N, E> {
             // The flash was busy. The FIFO of the accelerometer has the values.
             self.sample_due = after(now, SAMPLE_PERIOD);
         }
-        self.inspect(now);
+        self.driver.controller_mut().bus.inspect(now);
         self.hardware.refresh();
         self.hardware.element.start(now);
         self.measure_supply();
         true
-    }
-
-    /// Compares the configuration, and restarts if the node does not take part in the bus although it could: a disturbance of its variables.
-    fn inspect(&mut self, now: Instant) {
-        let bus = &mut *self.driver.controller_mut().bus;
-        if !bus.inspect(now) {
-            return;
-        }
-        if self.link.inspect(bus) {
-            self.served = now;
-        } else if reached(now, after(self.served, SERVING_LIMIT)) {
-            error!("restart: the node does not take part in the bus");
-            board::restart();
-        }
     }
 
     /// Takes the result of a conversion and starts the next one.

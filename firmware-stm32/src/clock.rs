@@ -9,7 +9,7 @@ use crate::{board, sleep};
 use core::cell::Cell;
 use cortex_m::peripheral::{SCB, SYST};
 use critical_section::Mutex;
-use plumbline::time::{Duration, Instant, after, millis, reached};
+use plumbline::time::{Duration, Instant, after, reached};
 
 const TICKS_PER_US: u32 = board::CORE_CLOCK / 1_000_000;
 const TICKS_PER_MS: u32 = 1000 * TICKS_PER_US;
@@ -42,20 +42,6 @@ pub fn restore() {
         add_millisecond();
         start(systick);
     }
-}
-
-/// The longest time between two iterations of the main loop. The clock stands while the flash stalls the processor.
-const ITERATION_LIMIT: Duration = millis(100);
-
-/// Restarts if the time is before that of the last iteration of the main loop, or long after it: a disturbance has changed it. Returns the
-/// time.
-pub fn verify(before: Instant) -> Instant {
-    let now = now();
-    if !reached(now, before) || reached(now, after(before, ITERATION_LIMIT)) {
-        error!("restart: the time is disturbed");
-        board::restart();
-    }
-    now
 }
 
 /// Counts a millisecond. Returns true if the time of the alarm has come.

@@ -3,10 +3,9 @@
 //! The receive interrupt passes a frame to the node and puts the answer into a mailbox at once, also while the main loop calculates or
 //! reads the accelerometer. Interrupts are masked only while the link is in use, which is short.
 
-use crate::can::Bus;
 use crate::can::mailboxes::Mailboxes;
 use crate::can::receive;
-use crate::{board, clock, sleep};
+use crate::{clock, sleep};
 use core::cell::Cell;
 use cortex_m::peripheral::SCB;
 use critical_section::{CriticalSection, Mutex};
@@ -14,74 +13,28 @@ use plumbline::node::driver::{self, Exchange, Line, Link};
 use plumbline::node::{CommunicationOf, ProductNode};
 use plumbline::time::Instant;
 
-/// The parts of the link of node `N`.
-type Parts<N> = (
-    &'static mut CommunicationOf<N>,
-    &'static mut Line<Mailboxes>,
-);
+/// The link of node `N`.
+type LinkOf<N> = driver::LinkOf<'static, N, Mailboxes>;
 
-/// The link of a product, in static memory.
-pub struct Shared<N: ProductNode> {
-    /// None before the start, and while the link is in use.
-    parts: Mutex<Cell<Option<Parts<N>>>>,
-    /// A check value of their addresses.
-    check: Mutex<Cell<usize>>,
-}
-
-/// The check value of the addresses of these parts.
-fn check<N: ProductNode>((node, line): &Parts<N>) -> usize {
-    let [node, line] = [
-        (&raw const **node).cast::<()>().addr(),
-        (&raw const **line).addr(),
-    ];
-    !(node ^ line.rotate_left(16))
-}
+/// The link of a product, in static memory. It is None before the start, and while it is in use.
+pub struct Shared<N: ProductNode>(Mutex<Cell<Option<LinkOf<N>>>>);
 
 impl<N: ProductNode> Shared<N> {
     /// Before the start of the node.
     pub const fn empty() -> Self {
-        Self {
-            parts: Mutex::new(Cell::new(None)),
-            check: Mutex::new(Cell::new(0)),
-        }
+        Self(Mutex::new(Cell::new(None)))
     }
 
     /// Takes the communicating half of the node, and the mailboxes. The CAN interrupts must not be enabled yet.
     pub fn start(&self, node: &'static mut CommunicationOf<N>, line: &'static mut Line<Mailboxes>) {
-        let parts = (node, line);
-        critical_section::with(|cs| {
-            self.check.borrow(cs).set(check::<N>(&parts));
-            self.parts.borrow(cs).set(Some(parts));
-        });
-    }
-
-    /// Restarts if a disturbance has changed an address of the parts, a checked value of the node, or whether there are single attempts.
-    /// Returns whether the node takes part in the bus, in the mode of the controller and with its filters; true also while it cannot.
-    pub fn inspect(&self, bus: &mut Bus) -> bool {
-        let mode = bus.serving();
-        critical_section::with(|cs| {
-            let parts = self.take(cs);
-            let is_same = check::<N>(&parts) == self.check.borrow(cs).get();
-            let (node, line) = parts;
-            if !is_same || !node.is_intact() {
-                error!("restart: the node is disturbed");
-                board::restart();
-            }
-            let mut link = Link::new(&mut *node, &mut *line);
-            link.mailboxes().verify();
-            let serves = match mode {
-                Some(mode) => link.serves(mode) && bus.has_filters(|accept| node.filters(accept)),
-                None => true,
-            };
-            self.parts.borrow(cs).set(Some((node, line)));
-            serves
-        })
+        let link = Link::new(node, line);
+        critical_section::with(|cs| self.0.borrow(cs).set(Some(link)));
     }
 
     #[inline(always)] // measured: without it, the slowest answer of the IMS360 takes longer
-    fn take(&self, cs: CriticalSection<'_>) -> Parts<N> {
-        match self.parts.borrow(cs).take() {
-            Some(parts) => parts,
+    fn take(&self, cs: CriticalSection<'_>) -> LinkOf<N> {
+        match self.0.borrow(cs).take() {
+            Some(link) => link,
             // Not possible: uses are not nested, and the interrupts are enabled after the start.
             None => SCB::sys_reset(),
         }
@@ -94,14 +47,13 @@ impl<N: ProductNode> Shared<N> {
     pub unsafe fn on_received(&self) {
         // SAFETY: no other interrupt that uses a `Mutex` interrupts this one, and the main loop does not run.
         let cs = unsafe { CriticalSection::new() };
-        let (node, line) = self.take(cs);
-        let mut link = Link::new(&mut *node, &mut *line);
+        let mut link = self.take(cs);
         while let Some(received) = receive::next() {
             if let Some(frame) = &received {
                 link.receive(frame);
             }
         }
-        self.parts.borrow(cs).set(Some((node, line)));
+        self.0.borrow(cs).set(Some(link));
         sleep::wake();
     }
 
@@ -112,8 +64,7 @@ impl<N: ProductNode> Shared<N> {
     pub unsafe fn on_transmitted(&self) {
         // SAFETY: as in `on_received`.
         let cs = unsafe { CriticalSection::new() };
-        let (node, line) = self.take(cs);
-        let mut link = Link::new(&mut *node, &mut *line);
+        let mut link = self.take(cs);
         let unsent = if CommunicationOf::<N>::USES_SENT {
             link.mailboxes().complete()
         } else {
@@ -121,7 +72,7 @@ impl<N: ProductNode> Shared<N> {
             false
         };
         link.transmitted(unsent);
-        self.parts.borrow(cs).set(Some((node, line)));
+        self.0.borrow(cs).set(Some(link));
         sleep::wake();
     }
 }
@@ -133,9 +84,9 @@ impl<N: ProductNode> driver::Shared for &'static Shared<N> {
     /// Uses the link while the interrupts are masked.
     fn with<R>(&self, f: impl FnOnce(&mut driver::LinkOf<'_, N, Mailboxes>) -> R) -> R {
         critical_section::with(|cs| {
-            let (node, line) = self.take(cs);
-            let result = f(&mut Link::new(&mut *node, &mut *line));
-            self.parts.borrow(cs).set(Some((node, line)));
+            let mut link = self.take(cs);
+            let result = f(&mut link);
+            self.0.borrow(cs).set(Some(link));
             result
         })
     }

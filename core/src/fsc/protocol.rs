@@ -30,16 +30,6 @@ pub(super) struct InForce {
     pub(super) sync: CanId,
 }
 
-impl InForce {
-    /// A check value.
-    fn check(&self) -> u32 {
-        let bits = [self.set, self.reply, self.sync].map(CanId::bits);
-        !bits
-            .into_iter()
-            .fold(0, |sum: u32, id| sum.rotate_left(3) ^ id)
-    }
-}
-
 /// The identification of the article.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 struct Identity {
@@ -52,8 +42,6 @@ struct Identity {
 pub struct Fsc<P> {
     identity: Identity,
     pub(super) in_force: InForce,
-    /// The check value of the identifiers in force: with a wrong one, the sensor does not answer.
-    check: u32,
     /// The sticky bits of the status byte.
     pub(super) sticky: u8,
     pub(super) cyclic: Option<Cyclic>,
@@ -87,7 +75,6 @@ impl<P: Product> Fsc<P> {
             reply: identifier(roles.reply_id),
             sync: identifier(roles.sync_id),
         };
-        self.check = self.in_force.check();
         if damaged {
             self.sticky = Self::STATUS.eeprom_error;
         }
@@ -226,7 +213,6 @@ impl<P: Product> Protocol<P::Application> for Fsc<P> {
             reply: CanId::standard(0),
             sync: CanId::standard(0),
         },
-        check: 0,
         sticky: 0,
         cyclic: None,
         boot_up: 0,
@@ -329,10 +315,6 @@ impl<P: Product> Protocol<P::Application> for Fsc<P> {
             product_code: self.number(cx, Source::ProductNumber),
             serial: cx.shell.serial(),
         })
-    }
-
-    fn is_intact(&self) -> bool {
-        self.check == self.in_force.check()
     }
 
     fn filters(&self, _cx: &ContextOf<P>, accept: &mut dyn FnMut(Filter)) {

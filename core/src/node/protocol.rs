@@ -116,11 +116,6 @@ pub trait Protocol<A: Application>: Sized + Send + 'static {
         false
     }
 
-    /// False if a disturbance has changed a value that the protocol keeps with a check value. Not called before the start.
-    fn is_intact(&self) -> bool {
-        true
-    }
-
     /// Starts with the first published values: [goes online](Shell::go_online), unless it detects the bit rate.
     fn start(&mut self, cx: &mut Context<A>, now: Instant);
 

@@ -373,10 +373,8 @@ impl Shell {
 
     /// Notes a reading: the values are valid for [`READING_LIMIT`] from now on.
     pub(super) fn sampled(&mut self, now: Instant) {
+        self.dirty |= core::mem::take(&mut self.is_stale);
         self.valid_until = after(now, READING_LIMIT);
-        // A later time of the next work is that of a disturbed variable.
-        let is_late = !self.wake.is_reached(self.valid_until);
-        self.dirty |= core::mem::take(&mut self.is_stale) | is_late;
     }
 
     /// Returns true once when the values are no longer valid, because readings are missing.

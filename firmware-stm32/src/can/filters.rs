@@ -45,14 +45,6 @@ impl Banks {
         banks
     }
 
-    /// Whether they are the banks of these filters, in normal mode.
-    pub(super) fn are(&self, filters: impl FnOnce(&mut dyn FnMut(Filter))) -> bool {
-        let mut banks = self.active();
-        let mut are = true;
-        filters(&mut |filter| are &= banks.next() == Some(&words(&filter)));
-        are && banks.next().is_none()
-    }
-
     /// Adds this content.
     pub(super) fn sum(&self, digest: &mut Digest) {
         digest.add(self.active.into());

@@ -4,8 +4,6 @@
 use super::{Bus, Change, transmit, unmask_interrupts};
 use crate::board;
 use crate::clock;
-use plumbline::can::Filter;
-use plumbline::node::BusMode;
 use plumbline::time::{Duration, Instant, after, millis};
 
 /// The time between comparisons. If the disturbance has selected the internal oscillator, this time is up to eight times as long.
@@ -51,17 +49,12 @@ impl Digest {
 
 impl Bus {
     /// Compares the configuration of board and controller with the values that were set, and restores it if it has changed. Call it often,
-    /// while the SPI is idle. Returns false if it is not time for it.
-    pub fn inspect(&mut self, now: Instant) -> bool {
+    /// while the SPI is idle.
+    pub fn inspect(&mut self, now: Instant) {
         if !clock::is_due(now, self.inspection, PERIOD) {
-            return false;
+            return;
         }
         self.inspection = after(now, PERIOD);
-        self.compare();
-        true
-    }
-
-    fn compare(&mut self) {
         let restored = board::restore();
         unmask_interrupts();
         board::set_up_debugging();
@@ -94,25 +87,6 @@ impl Bus {
         // RCC resets the controller: a disturbance can have set silent mode, in which the transmit output can stay dominant until such a
         // reset.
         self.reset(true);
-    }
-
-    /// The mode in which the node must take part in the bus. None while it cannot: the controller is not on the bus or in bus-off, or the bus
-    /// takes no frame. This is from the registers, because a disturbance can have changed the variables.
-    pub fn serving(&mut self) -> Option<BusMode> {
-        let is_away = self.registers().msr().read().bits() & OFF_THE_BUS != 0;
-        if is_away || self.setup.is_none() {
-            return None;
-        }
-        if self.is_listening() {
-            return Some(BusMode::Listen);
-        }
-        let is_off = self.registers().esr().read().boff().bit_is_set();
-        (!is_off && transmit::is_idle()).then_some(BusMode::Normal)
-    }
-
-    /// Whether the controller has these filters, which the node needs now. In listen mode it has others.
-    pub fn has_filters(&self, filters: impl FnOnce(&mut dyn FnMut(Filter))) -> bool {
-        self.is_listening() || self.setup.has_filters(filters)
     }
 
     /// How the controller differs from the configuration that was set, and from its mode; 0 if it does not.

@@ -1,7 +1,7 @@
 //! The clock and the transmit mailboxes for the driver, with single attempts.
 
 use super::transmit::{self, End};
-use crate::{board, clock};
+use crate::clock;
 use plumbline::can::Frame;
 use plumbline::node::driver;
 use plumbline::time::Instant;
@@ -20,14 +20,6 @@ impl Mailboxes {
         once: None,
         aborted: false,
     };
-
-    /// Restarts if a disturbance has changed whether the controller makes single attempts.
-    pub fn verify(&self) {
-        if self.once.is_some() != transmit::is_single_attempt() {
-            error!("restart: the number of attempts to send is disturbed");
-            board::restart();
-        }
-    }
 
     /// Handles the transmit interrupt. Returns true if the frame for which the controller made a single attempt ended in a bit error.
     pub fn complete(&mut self) -> bool {

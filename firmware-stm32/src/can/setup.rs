@@ -5,7 +5,7 @@ use super::filters::{self, Banks};
 use super::inspection::Digest;
 use crate::bit_timing::btr;
 use crate::board::{self, CanPeripheral};
-use plumbline::can::{BitRate, Filter};
+use plumbline::can::BitRate;
 use plumbline::node::BusMode;
 use plumbline::node::driver::Filters;
 
@@ -41,11 +41,6 @@ impl Setup {
             banks,
             check,
         }
-    }
-
-    /// Whether it has these filters.
-    pub(super) fn has_filters(&self, filters: impl FnOnce(&mut dyn FnMut(Filter))) -> bool {
-        self.banks.are(filters)
     }
 
     /// Sets other filters on the bus.

@@ -48,7 +48,6 @@ mod joining;
 mod load;
 mod memory;
 mod probe;
-mod ram;
 mod sensing;
 mod supply;
 mod tiltix;
