@@ -80,7 +80,10 @@ const SWAPS: &[Swap] = &[
     ),
     swap(
         TILTIX_OBJECTS,
-        ["&value::SLOPE, axis", "&value::DIAGNOSTIC, axis"],
+        [
+            "&value::SLOPE, axis), UNIT",
+            "&value::DIAGNOSTIC, axis), \"\"",
+        ],
     ),
     swap(
         TILTIX,
