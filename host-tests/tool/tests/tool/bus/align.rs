@@ -1,6 +1,6 @@
 //! `align`: the offset of the mounting by the reversal.
 
-use super::rig::{Ended, Rig};
+use super::rig::{Ended, Rig, tilt};
 use bench::Bus;
 use bench::motion::Motion;
 use plumbline::measure::{I32x3, ONE_G, Reading};
@@ -11,18 +11,6 @@ use std::rc::Rc;
 fn mounted(is_turned: bool) -> Box<dyn Motion> {
     let sign = if is_turned { -1.0 } else { 1.0 };
     tilt(1.0 + sign * 2.0, -0.5 + sign * 1.5)
-}
-
-/// These perpendicular angles of a GEMAC sensor.
-fn tilt(x: f64, y: f64) -> Box<dyn Motion> {
-    let (gx, gy) = (x.to_radians().sin(), y.to_radians().sin());
-    let up = [-gx, gy, (1.0 - gx * gx - gy * gy).sqrt()];
-    let [x, y, z] = up.map(|part| (part * f64::from(ONE_G)).round() as i32);
-    Box::new(Reading {
-        acceleration: I32x3 { x, y, z },
-        temperature: 25_00,
-        ..Reading::default()
-    })
 }
 
 /// An angle of 0..360 deg about the Z axis of a sensor with one axis.

@@ -1,7 +1,6 @@
 //! `replace`: a new sensor gets what the old one was, and both are compared.
 
 use super::rig::{Rig, file};
-use plumbline::measure::{I32x3, ONE_G, Reading};
 use serde_json::Value;
 use std::fs;
 
@@ -98,17 +97,8 @@ fn settings_are_carried_to_another_generation_and_not_to_other_angles() {
 fn angle_that_differs_is_a_difference() {
     let path = kept("angle", "is2", "cyclic-time=100ms");
     let mut rig = Rig::with("is2");
-    let level = Reading {
-        acceleration: I32x3 {
-            x: 0,
-            y: 0,
-            z: ONE_G,
-        },
-        temperature: 25_00,
-        ..Reading::default()
-    };
     let id = rig.first();
-    let motion = Box::new(level);
+    let motion = Box::new(bench::script::LEVEL);
     rig.bus.borrow_mut().device_mut(id).set_motion(motion);
     rig.run(3000);
     let ended = rig.tool(&format!("replace write {path}"));

@@ -40,9 +40,14 @@ pub const PRODUCTS: [&str; 12] = [
     "tiltix360",
 ];
 
-/// A position in which every angle of every product is within its range: X = 10 deg, Y = 5 deg of a 2-axis GEMAC sensor.
+/// A position in which every angle of every product is within its range.
 pub fn tilted() -> Box<dyn Motion> {
-    let (gx, gy) = (10_f64.to_radians().sin(), 5_f64.to_radians().sin());
+    tilt(10.0, 5.0)
+}
+
+/// A position with these perpendicular angles of a 2-axis GEMAC sensor in degrees.
+pub fn tilt(x: f64, y: f64) -> Box<dyn Motion> {
+    let (gx, gy) = (x.to_radians().sin(), y.to_radians().sin());
     let up = [-gx, gy, (1.0 - gx * gx - gy * gy).sqrt()];
     let [x, y, z] = up.map(|part| (part * f64::from(ONE_G)).round() as i32);
     Box::new(Reading {
