@@ -30,11 +30,13 @@ RENAMED = {
 STATUS = ("DefaultParam", "AutobaudDetection", "EEPROMError", "CmdParamError", "SensorErrorX", "SensorErrorY", "AccuracyWarning")
 # What the traffic has at least.
 KINDS = {
-    "canopen EMCY", "canopen LSS error", "canopen LSS node-id", "canopen LSS number", "canopen NMT", "canopen SYNC", "canopen abort code",
-    "canopen block-size", "canopen segments", "canopen data", "canopen object", "canopen raw", "canopen state", "cip object", "cip status",
-    "cip product-name", "cip serial-number", "devicenet check", "devicenet fragment", "devicenet message", "devicenet service",
-    "fsc raw", "fsc status", "fsc value", "j1939 acknowledged group", "j1939 clear to send", "j1939 contents", "j1939 lamps",
-    "j1939 not available", "j1939 object", "j1939 requested group", "j1939 transported group", "j1939 trouble", "j1939 value",
+    "canopen EMCY", "canopen LSS error", "canopen LSS node-id", "canopen LSS number", "canopen NMT", "canopen SYNC",
+    "canopen abort code", "canopen block-size", "canopen data", "canopen object", "canopen raw", "canopen segments", "canopen state",
+    "cip object", "cip product-name", "cip refusal", "cip serial-number", "cip status", "devicenet check", "devicenet fragment",
+    "devicenet message", "devicenet service", "fsc raw", "fsc refused code", "fsc refused status", "fsc status", "fsc value",
+    "j1939 abort code", "j1939 access denied acknowledgement", "j1939 acknowledged group", "j1939 cannot respond acknowledgement",
+    "j1939 clear to send", "j1939 contents", "j1939 lamps", "j1939 negative acknowledgement", "j1939 not available", "j1939 object",
+    "j1939 requested group", "j1939 transported group", "j1939 trouble", "j1939 value",
 }  # fmt: skip
 ACKNOWLEDGEMENTS = ["positive", "negative", "access denied", "cannot respond"]
 
@@ -80,9 +82,12 @@ def compare_fsc(checks: Checks, database: object, document: dict) -> None:
     number, data = frame.split("#")
     message = database.get_message_by_frame_id(int(number, 16))
     physical, raw = numbers(message, bytes.fromhex(data))
-    if re.search(r"^bootloader|(code|update) \(?[0-9A-F]{2}h\)?$", document.get("message", "bootloader")):
-        # A code that is not in the list.
+    if re.search(r"^bootloader|update \(60h\)$", document.get("message", "bootloader")):
+        # These codes are not in the list.
         checks.equal("fsc unknown", frame, len(physical), 0)
+        return
+    if code := re.search(r"code ([0-9A-F]{2})h$", document["message"]):
+        compare_refused(checks, message, document, int(code[1], 16))
         return
     for name, value in document["values"].items():
         if name == "status":
@@ -95,6 +100,17 @@ def compare_fsc(checks: Checks, database: object, document: dict) -> None:
             checks.equal("fsc raw", frame, value.get("raw", value["value"]), raw.get(plain(name)))
             if isinstance(value["value"], float):
                 checks.equal("fsc value", frame, value["value"], physical.get(plain(name)))
+
+
+def compare_refused(checks: Checks, message: object, document: dict, code: int) -> None:
+    """A code that the database does not have, so cantools decodes no signal: the reply has the status in the same place as all others."""
+    frame = document["frame"]
+    data = bytes.fromhex(frame.split("#")[1])
+    signal = message.get_signal_by_name
+    checks.equal("fsc refused code", frame, [code, False], [data[0], data[0] in signal("FSC").choices])
+    if "status" in document["values"]:
+        bits = [bit for bit in STATUS if data[signal(bit).start // 8] >> signal(bit).start % 8 & 1]
+        checks.equal("fsc refused status", frame, document["values"]["status"]["value"], " + ".join(bits))
 
 
 def compare_signals(checks: Checks, message: object, document: dict) -> None:
@@ -136,7 +152,8 @@ def compare_j1939_database(checks: Checks, database: object, document: dict) -> 
     if pgn == 0xEA00:
         checks.equal("j1939 requested group", frame, int(group[1], 16), raw["requestedpgn"])
     elif pgn == 0xE800:
-        checks.equal("j1939 acknowledgement", frame, values["control"]["value"], ACKNOWLEDGEMENTS[raw["answer"]])
+        control = values["control"]["value"]
+        checks.equal(f"j1939 {control} acknowledgement", frame, control, ACKNOWLEDGEMENTS[raw["answer"]])
         checks.equal("j1939 acknowledged group", frame, int(group[1], 16), raw["acknowledgedpgn"])
     elif pgn == 0xFECA:
         lamps = sum(raw[name] << at for name, at in (("protectlamp", 0), ("amberwarninglamp", 2), ("redstoplamp", 4),
@@ -161,6 +178,9 @@ def compare_j1939_database(checks: Checks, database: object, document: dict) -> 
         # A segment has no object.
         if place and raw["command"] & 0xE0:
             checks.equal("j1939 object", frame, (int(place[1], 16), int(place[2])), (raw["index"], raw["subindex"]))
+        if "reason" in values:
+            code = int(re.search(r"([0-9A-F]{8})h", values["reason"]["value"])[1], 16)
+            checks.equal("j1939 abort code", frame, code, raw["contents"])
         if place and raw["command"] & 0xE2 in (0x22, 0x42):
             for value in values.values():
                 if "raw" in value:

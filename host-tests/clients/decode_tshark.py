@@ -208,7 +208,7 @@ def compare_cip(checks: object, documents: list[dict], folder: Path) -> None:
         frame, text, values = document["frame"], document["message"], document["values"]
         if "reason" in values:
             code = int(re.search(r"\(([0-9A-F]{2})h", values["reason"]["value"])[1], 16)
-            checks.equal("cip status", frame, code, number(answer["cip.genstat"]))
+            checks.equal("cip refusal", frame, code, number(answer["cip.genstat"]))
             continue
         checks.equal("cip status", frame, 0, number(answer["cip.genstat"]))
         own = re.search(r"class ([0-9A-F]+)h instance (\d+)(?: attribute (\d+))?", text)
