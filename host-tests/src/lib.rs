@@ -13,8 +13,8 @@
 //! - [`python`]: runs the clients written in Python, for the tests of all crates in this folder
 //!
 //! The crates in this folder are `can-wire` (the CAN protocol), `bench` (a sensor and its bus in virtual time), `stm32-sim` (the
-//! simulated microcontroller), `virtual-sensor` (a sensor for real clients), `descriptors` (EDS and DBC files of the products)
-//! and `cost` (flash, RAM and time of the image).
+//! simulated microcontroller), `virtual-sensor` (a sensor for real clients), `adapter` (CAN adapters), `texts` (messages in English and
+//! German), `descriptors` (EDS and DBC files of the products) and `cost` (flash, RAM and time of the image).
 
 pub mod bit_rate;
 pub mod calibrate;

@@ -1,14 +1,14 @@
 //! A bus with one sensor and two masters, in virtual time.
 
 use crate::Failure;
+use adapter::Mode;
+use adapter::bench::{BenchAdapter, SharedBus};
 use bench::motion::Motion;
 use bench::scene::Axes;
 use bench::{AdapterId, Bus, BusRate, Device, DeviceId, Flash, Geometry, NodeType};
 use plumbline::can::Frame;
 use plumbline::model::catalog::{self, PRODUCTS, Product};
 use plumbline::time::{Duration, Instant, after, millis};
-use plumbline_tool::adapter::Mode;
-use plumbline_tool::adapter::bench::{BenchAdapter, SharedBus};
 use plumbline_tool::error::Error;
 use plumbline_tool::link::Link;
 use plumbline_tool::master::{Protocol, Target, factory_target};

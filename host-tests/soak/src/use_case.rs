@@ -7,7 +7,8 @@ use crate::{Failure, motion, random::Random};
 use plumbline::can::{Frame, extended, standard};
 use plumbline::node::BusState;
 use plumbline::time::{Duration, millis};
-use plumbline_tool::error::{Error, Kind};
+use plumbline_tool::error::Error;
+use texts::Kind;
 
 /// A sensor stores a value that it stores by itself within a second, which erasing pages can delay.
 const STORES: Duration = millis(1_200);

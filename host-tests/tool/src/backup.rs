@@ -21,7 +21,6 @@ mod texts;
 pub use bench::file::{Unread, read as read_file, read_text};
 pub use file::write_file;
 
-use crate::eds::shown;
 use crate::error::{Error, Fault, FileError, NumberError};
 use crate::identify::{Found, product};
 use crate::master::canopen::tables;
@@ -29,6 +28,7 @@ use crate::number::Scale;
 use crate::ops::set::once_each;
 use crate::resolve;
 use crate::sheet::{Entry, Origin, Sheet, parameters};
+use ::texts::shown;
 use plumbline::param::ParameterId;
 use std::path::Path;
 use toml::{Table, Value};

@@ -106,6 +106,8 @@ pub enum NewRate {
     Fixed(BitRate),
 }
 
+texts::same! { NewRate }
+
 impl NewRate {
     /// The rate; None: automatic detection.
     pub fn fixed(self) -> Option<BitRate> {

@@ -5,9 +5,8 @@ mod wanted;
 
 pub use wanted::Wanted;
 
-use crate::adapter::Adapter;
 use crate::eds;
-use crate::error::{AdapterError, Error, Place, Rates, RequestError, Silence};
+use crate::error::{Error, Place, Rates, RequestError, Silence};
 use crate::identify::{self, Found};
 use crate::link::Link;
 use crate::master::{PROTOCOLS, Protocol, Target, factory_target, factory_targets};
@@ -20,6 +19,7 @@ use crate::scan::schedule::Schedule;
 use crate::scan::{Memory, Questions};
 use crate::session::Session;
 use crate::sheet::Sheet;
+use adapter::Adapter;
 use plumbline::can::BitRate;
 use plumbline::model::catalog::Product;
 use plumbline::time::{Duration, after, millis};
@@ -196,7 +196,7 @@ fn remembered(
 ) -> Result<Option<Traffic>, Error> {
     let schedule = Schedule::of(&RATES.map(Some), false);
     match memory.listen(link, &schedule, terminal) {
-        Err(failure) if failure.lacks_listen_only() => Err(AdapterError::ListenRate.into()),
+        Err(failure) if failure.lacks_listen_only() => Err(RequestError::ListenRate.into()),
         heard => heard,
     }
 }

@@ -1,6 +1,5 @@
 //! Why a command failed: an exit code, a code for programs, and one sentence for people that names the next step.
 
-mod adapter;
 mod calibration;
 mod file;
 mod number;
@@ -8,7 +7,6 @@ mod page;
 mod request;
 mod sensor;
 
-pub use adapter::{AdapterError, PcanHint, UsbHint};
 pub use calibration::CalibrationError;
 pub use file::{Fault, FileError};
 pub use number::NumberError;
@@ -18,70 +16,11 @@ pub use sensor::{Next, Place, Rates, Reason, Refusal, SensorError, Silence, What
 
 use crate::note::Note;
 use crate::question::Question;
-use crate::texts::Text;
+use adapter::AdapterError;
+use adapter::unread::Unread;
 use serde_json::{Value, json};
 use std::fmt::{self, Display, Formatter};
-
-/// The kind of an error, which selects the exit code.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum Kind {
-    /// The sensor refused: exit code 1.
-    Refused,
-    /// The command line, a name or a value is wrong: exit code 2.
-    Usage,
-    /// Nobody answers: exit code 3.
-    Silent,
-    /// The bus, the adapter or a file failed: exit code 4.
-    Bus,
-    /// The user pressed Ctrl-C: exit code 130.
-    Stopped,
-}
-
-impl Kind {
-    /// The exit code: 1 to 4, or 130.
-    pub const fn exit_code(self) -> u8 {
-        match self {
-            Self::Refused => 1,
-            Self::Usage => 2,
-            Self::Silent => 3,
-            Self::Bus => 4,
-            Self::Stopped => 130,
-        }
-    }
-}
-
-/// What all errors tell.
-pub trait Cause: Text {
-    /// Who or what has failed.
-    fn kind(&self) -> Kind;
-
-    /// A short code for programs, for example `out-of-range`.
-    fn code(&self) -> &'static str;
-}
-
-/// Declares an enum of errors: `Variant(data: Type): Kind "code" = "English", "German";`, see [`texts!`](crate::texts).
-macro_rules! errors {
-    ($(#[$meta:meta])* $name:ident {
-        $($variant:ident $(($($field:ident: $type:ty),*))?: $kind:ident $code:literal = $($text:literal),+;)*
-    }) => {
-        $crate::texts::texts! {
-            $(#[$meta])*
-            $name { $($variant $(($($field: $type),*))? = $($text),+;)* }
-        }
-
-        impl $crate::error::Cause for $name {
-            fn kind(&self) -> $crate::error::Kind {
-                match self { $(Self::$variant { .. } => $crate::error::Kind::$kind,)* }
-            }
-
-            fn code(&self) -> &'static str {
-                match self { $(Self::$variant { .. } => $code,)* }
-            }
-        }
-    };
-}
-
-use errors;
+use texts::{Cause, Kind, Text, texts};
 
 /// The error of an operation, with its subject.
 #[derive(Clone, PartialEq, Debug)]
@@ -123,7 +62,7 @@ pub struct Explained {
     why: Why,
 }
 
-crate::texts::texts! {
+texts! {
     /// What follows from an error.
     Why {
         NotTaken(error: Error) = "the present position was not taken: the sensor has no valid angle now (its accelerometer clips, fails or gives no values), or it cannot use this position; {error}",
@@ -207,6 +146,14 @@ impl Error {
     pub fn explained(self, why: impl FnOnce(Self) -> Why) -> Self {
         let why = why(self.clone());
         Self::Explained(Box::new(Explained { error: self, why }))
+    }
+
+    /// The same with what the adapter says and the tool cannot read, if nobody answers: the answers can be among it.
+    pub fn with_unread(self, unread: &Unread) -> Self {
+        match (Note::unread(unread), self.kind()) {
+            (Some(told), Kind::Silent) => self.explained(|_| Why::Unread(told)),
+            _ => self,
+        }
     }
 
     /// The document that `--json` prints.

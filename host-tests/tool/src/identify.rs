@@ -1,7 +1,7 @@
 //! Which product answers at an address: its article, serial number and firmware, and the products of the catalogue that fit.
 
 use crate::connect;
-use crate::error::{Error, Kind, RequestError, SensorError};
+use crate::error::{Error, RequestError, SensorError};
 use crate::known::meant;
 use crate::link::Link;
 use crate::master::Target;
@@ -9,6 +9,7 @@ use crate::session::Session;
 use plumbline::can::BitRate;
 use plumbline::model::catalog::{PRODUCTS, Product, find};
 use plumbline::time::{Duration, millis};
+use texts::Kind;
 
 mod found;
 

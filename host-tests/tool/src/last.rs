@@ -11,7 +11,7 @@
 
 use crate::backup::{read_text, write_file};
 use crate::cli::Options;
-use crate::error::{Error, Kind, Why};
+use crate::error::{Error, Why};
 use crate::labels::folder;
 use crate::master::{Addresses, Protocol, Target};
 use crate::note::Note;
@@ -19,6 +19,7 @@ use crate::output::Terminal;
 use crate::scan::kbits;
 use plumbline::can::BitRate;
 use std::path::{Path, PathBuf};
+use texts::Kind;
 use toml::{Table, Value};
 
 /// The name of the file.

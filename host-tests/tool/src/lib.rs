@@ -2,7 +2,7 @@
 //!
 //! From the bus to the user:
 //!
-//! - [`adapter`]: CAN adapters behind one trait, which is also the clock
+//! - [`demo`]: the adapter with a virtual sensor; the others are in the crate `adapter`
 //! - [`link`]: an adapter with a count of its frames; one request, one answer
 //! - [`master`]: the master of each protocol, one folder for each
 //! - [`sheet`], [`number`], [`resolve`]: the names and values of a product, made from the tables of the core
@@ -17,11 +17,10 @@
 //! - [`serve`]: the page in the browser
 //! - [`ops`]: the operations on a sensor, for the command line and the page
 //! - [`command`]: the commands; [`cli`]: the command line; [`output`], [`bar`], [`question`]: the terminal
-//! - [`error`]: exit codes and messages; [`note`]: what else the user must know; [`texts`]: both in English and in German
+//! - [`error`]: exit codes and messages; [`note`]: what else the user must know
 //!
 //! Nothing about a parameter is known here. Names, types, units, ranges and factory values come from the catalogue of the core.
 
-pub mod adapter;
 pub mod backup;
 pub mod bar;
 pub mod calibrate;
@@ -30,6 +29,7 @@ pub mod command;
 pub mod connect;
 pub mod cyclic;
 pub mod decode;
+pub mod demo;
 pub mod eds;
 pub mod error;
 pub mod identify;
@@ -44,6 +44,7 @@ pub mod number;
 pub mod ops;
 pub mod output;
 pub mod plan;
+pub mod port;
 pub mod question;
 pub mod resolve;
 pub mod sample;
@@ -52,4 +53,3 @@ pub mod serve;
 pub mod session;
 pub mod sheet;
 pub mod signing;
-pub mod texts;

@@ -1,10 +1,10 @@
 //! The link to the bus: an adapter with a count of the frames that were sent; one request, one answer.
 
-use crate::adapter::{Adapter, Mode};
-use crate::error::{AdapterError, Error, RequestError};
+use crate::error::{Error, RequestError};
 use crate::master::Target;
 use crate::master::fsc::boot_up::BootUps;
 use crate::master::j1939::groups::own::Own;
+use adapter::{Adapter, AdapterError, Mode};
 use plumbline::can::{BitRate, Frame};
 use plumbline::time::{Duration, Instant, after, millis};
 use std::rc::Rc;
@@ -116,7 +116,7 @@ impl Link {
         }
         self.adapter.close();
         self.since_open = 0;
-        self.adapter.open(self.rate, Mode::Active)
+        Ok(self.adapter.open(self.rate, Mode::Active)?)
     }
 
     /// Opens the adapter for questions at one of several rates. False: it does not have this one.

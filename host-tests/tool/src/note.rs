@@ -1,9 +1,10 @@
 //! What a user must know beside the result of a command, and the steps of a scan.
 
 use crate::error::Error;
-use crate::texts::texts;
+use adapter::unread::Unread;
 use plumbline::can::BitRate;
 use plumbline::time::Duration;
+use texts::texts;
 
 /// Where the calibration and the identity of a unit go from its store file.
 const DOWNLOAD: &str = "The download with probe-rs (README of Plumbline, \"Calibrating a unit\") replaces the settings of the unit: `plumbline backup` before and `plumbline restore` after it keep them";
@@ -115,6 +116,14 @@ texts! {
         OnlyAcknowledged = "nothing was sent, but the messages of other devices were acknowledged",
             "nichts wurde gesendet, aber die Nachrichten anderer Geräte wurden bestätigt";
         Sent(count: u64, at: At) = "sent {count} frames at {at}", "{count} Frames bei {at} gesendet";
+    }
+}
+
+impl Note {
+    /// What the adapter says and the tool cannot read; None: every line was read.
+    pub fn unread(unread: &Unread) -> Option<Self> {
+        let count = unread.count();
+        (count > 0).then(|| Self::Unread(count, unread.first()))
     }
 }
 

@@ -5,10 +5,10 @@ use crate::link::stopped;
 use crate::note::Step;
 use crate::ops::Report;
 use crate::question::{Name, Question};
-use crate::texts::Text;
 use serde_json::Value;
 use std::io::{ErrorKind, Write};
 use std::rc::Rc;
+use texts::Text;
 
 /// The progress of a command.
 #[derive(Clone, Copy, PartialEq, Debug)]

@@ -2,10 +2,10 @@
 
 use crate::calibrate::host;
 use crate::cli::NewRate;
-use crate::texts::{Text, texts};
 use clap::ValueEnum;
 use serde::{Deserialize, Serialize};
 use std::fmt::{self, Display, Formatter};
+use texts::{Text, texts};
 
 texts! {
     /// A question with what the user must know to answer it. The page gets it as an object with the field `id`, and sends the object back as a

@@ -1,5 +1,5 @@
 use super::*;
-use crate::error::Cause;
+use ::texts::Cause;
 #[cfg(unix)]
 use std::path::PathBuf;
 

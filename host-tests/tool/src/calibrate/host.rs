@@ -2,9 +2,21 @@
 
 use super::rest::Average;
 use crate::output::Terminal;
-use crate::texts::texts;
 use host_tests::calibrate::Side;
 use std::fmt::{self, Display, Formatter};
+use texts::{same, texts};
+
+/// A side of the sensor, in a text.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Up(pub Side);
+
+impl Display for Up {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        self.0.fmt(f)
+    }
+}
+
+same! { Up Average }
 
 /// The number of checks with the same state after which a terminal prints the state again: 10 s.
 const TOLD: usize = 20;
@@ -16,10 +28,10 @@ texts! {
             "wartet auf das Protokoll von `{log}`; der Bau eines Images dauert einige Minuten";
         Serial(serial: u32) = "serial number {serial}", "Seriennummer {serial}";
         Complete = "the measurement is complete at this temperature", "die Messung ist bei dieser Temperatur vollständig";
-        Place(place: usize, side: Side) = "position {place} of 6: place the sensor at rest on a level surface with {side} up",
+        Place(place: usize, side: Up) = "position {place} of 6: place the sensor at rest on a level surface with {side} up",
             "Lage {place} von 6: Legen Sie den Sensor ruhig auf eine waagrechte Fläche, {side} nach oben";
         Measured(state: State, average: Average) = "{state}: {average}", "{state}: {average}";
-        Taken(side: Side, path: String) = "{side} is in {path}", "{side} ist in {path}";
+        Taken(side: Up, path: String) = "{side} is in {path}", "{side} ist in {path}";
     }
 }
 
@@ -30,7 +42,7 @@ texts! {
         Ready = "at rest", "in Ruhe";
         Moves = "it moves", "er bewegt sich";
         NoSide = "no side is up", "keine Seite ist oben";
-        OtherSide(up: Side, side: Side) = "{up} is up, not {side}", "{up} ist oben, nicht {side}";
+        OtherSide(up: Up, side: Up) = "{up} is up, not {side}", "{up} ist oben, nicht {side}";
         TooFar(first: f64) = "too far from {first:.1} degC, the temperature of the first position",
             "zu weit weg von {first:.1} degC, der Temperatur der ersten Lage";
         TooNear = "too near to the temperature of an earlier measurement", "zu nah an der Temperatur einer früheren Messung";
@@ -55,7 +67,7 @@ texts! {
     /// A question to the user. A no to the second one ends the calibration.
     #[derive(Copy)]
     Question {
-        Take(side: Side, average: Average) = "{side} is up and at rest: {average}. Take this position?",
+        Take(side: Up, average: Average) = "{side} is up and at rest: {average}. Take this position?",
             "{side} ist oben und in Ruhe: {average}. Diese Lage nehmen?";
         Again = "Measure this position again?", "Diese Lage noch einmal messen?";
     }

@@ -2,8 +2,6 @@
 
 use super::Connect;
 use super::place::Place;
-use crate::adapter::Adapter;
-use crate::adapter::unread::Unread;
 use crate::cli::Options;
 use crate::connect::{self, Wanted};
 use crate::eds;
@@ -13,6 +11,8 @@ use crate::labels::Labels;
 use crate::output::Terminal;
 use crate::scan;
 use crate::session::Session;
+use adapter::Adapter;
+use adapter::unread::Unread;
 
 /// The bus of the options.
 pub(super) struct Bus<'a> {

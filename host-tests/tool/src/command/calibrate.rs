@@ -5,7 +5,7 @@
 
 mod measurement;
 
-use crate::calibrate::host::{Asks, Host, Question, State, Step};
+use crate::calibrate::host::{Asks, Host, Question, State, Step, Up};
 use crate::calibrate::log::{Log, Message, Sample, Source};
 use crate::calibrate::rest::{Average, Window};
 use crate::error::{CalibrationError, Error, FileError, RequestError};
@@ -174,7 +174,7 @@ impl Guide {
         }
         for side in missing {
             let place = SIDES.iter().position(|own| *own == side).unwrap_or(0) + 1;
-            host.tell(&Step::Place(place, side));
+            host.tell(&Step::Place(place, Up(side)));
             self.log.turn(side);
             let average = self.position(side, set_temperature, measurement, host)?;
             measurement.add(side, &average)?;
@@ -183,7 +183,10 @@ impl Guide {
                 let set = measurement.set_at(average.temperature)?;
                 set_temperature = set.map(|(temperature, _)| temperature);
             }
-            host.tell(&Step::Taken(side, measurement.path.display().to_string()));
+            host.tell(&Step::Taken(
+                Up(side),
+                measurement.path.display().to_string(),
+            ));
         }
         Ok(())
     }
@@ -213,7 +216,7 @@ impl Guide {
             let state = match (average.side(), set_temperature) {
                 _ if !average.is_at_rest() => State::Moves,
                 (None, _) => State::NoSide,
-                (Some(up), _) if up != side => State::OtherSide(up, side),
+                (Some(up), _) if up != side => State::OtherSide(Up(up), Up(side)),
                 (_, Some(first)) if set != Some(first) => State::TooFar(first),
                 // The six positions of an earlier measurement must stay six.
                 (_, None) if set.is_some() => State::TooNear,
@@ -223,7 +226,7 @@ impl Guide {
                 host.tell(&Step::Measured(state, average));
                 continue;
             }
-            if host.ask(&Question::Take(side, average)) {
+            if host.ask(&Question::Take(Up(side), average)) {
                 return Ok(average);
             }
             if !host.is_stopped() && host.ask(&Question::Again) {

@@ -1,7 +1,6 @@
 //! `log`: the frames on the bus, and `decode`: what the frames in a log are.
 
 use super::watch::unwritten;
-use crate::adapter::{Adapter, Mode};
 use crate::cli::Options;
 use crate::cli::frames::Shown;
 use crate::connect;
@@ -11,13 +10,14 @@ use crate::decode::list::List;
 use crate::decode::log::{INTERFACE, Line};
 use crate::decode::{Bus, Decoded};
 use crate::eds;
-use crate::error::{AdapterError, Error, FileError, Silence};
+use crate::error::{Error, FileError, RequestError, Silence};
 use crate::identify;
 use crate::link::Link;
 use crate::master::canopen;
 use crate::note::Note;
 use crate::output::{Terminal, closed};
 use crate::sheet::Sheet;
+use adapter::{Adapter, Mode};
 use can_wire::text::log_line;
 use plumbline::can::{BitRate, Frame};
 use plumbline::time::{Duration, after, millis};
@@ -326,7 +326,7 @@ pub(super) fn log(
 fn only_listens(link: &mut Link, failure: Error) -> Error {
     let sets_rate = link.adapter().capabilities().sets_rate;
     match failure.lacks_listen_only() && sets_rate {
-        true => AdapterError::LogListens.into(),
+        true => RequestError::LogListens.into(),
         false => failure,
     }
 }

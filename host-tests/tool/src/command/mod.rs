@@ -20,13 +20,11 @@ mod sender;
 mod update;
 mod watch;
 
-use crate::adapter::unread::Unread;
-use crate::adapter::{self, Adapter, Mode};
 use crate::calibrate::log::Source;
 use crate::cli::{Cli, Command, Options};
 use crate::connect;
 use crate::eds;
-use crate::error::{Error, FileError, Kind, RequestError};
+use crate::error::{Error, FileError, RequestError};
 use crate::identify;
 use crate::labels::Labels;
 use crate::last::{self, Last};
@@ -37,11 +35,14 @@ use crate::output::Terminal;
 use crate::question::{Name, Question};
 use crate::scan;
 use crate::serve;
+use adapter::unread::Unread;
+use adapter::{Adapter, Mode};
 use bus::Bus;
 use log::View;
 use place::Place;
 use sender::Sender;
 use std::path::Path;
+use texts::Kind;
 
 /// Opens the adapter of a port.
 pub type Connect<'a> = &'a mut dyn FnMut(&str) -> Result<Box<dyn Adapter>, Error>;
@@ -51,7 +52,7 @@ pub type Connect<'a> = &'a mut dyn FnMut(&str) -> Result<Box<dyn Adapter>, Error
 /// # Errors
 /// The command failed.
 pub fn run(cli: &Cli, terminal: &mut Terminal) -> Result<(), Error> {
-    run_with(cli, terminal, &mut adapter::connect)
+    run_with(cli, terminal, &mut crate::port::connect)
 }
 
 /// Runs a command with these adapters.
@@ -187,14 +188,14 @@ pub fn run_with(cli: &Cli, terminal: &mut Terminal, connect: Connect) -> Result<
         is_filled = false;
         result = on_bus(cli, &mut bus, terminal);
     }
-    if let (Ok(()), Some(told)) = (&result, bus.unread.told()) {
+    if let (Ok(()), Some(told)) = (&result, Note::unread(&bus.unread)) {
         terminal.note(&told);
     }
     if let (Ok(()), Some(place), Some(port)) = (&result, bus.place, &full.port) {
         last.keep(port, place.rate, place.target);
     }
     result.map_err(|failure| {
-        let failure = bus.unread.explain(failure);
+        let failure = failure.with_unread(&bus.unread);
         match is_filled {
             true => last::explain(failure),
             false => failure,

@@ -1,9 +1,9 @@
 //! `plumbline ports`.
 
-use crate::adapter::ports::ports;
 use crate::error::Error;
 use crate::note::Note;
 use crate::output::Terminal;
+use adapter::ports::ports;
 use serde_json::json;
 
 /// Lists the ports of this computer.

@@ -1,11 +1,11 @@
 //! Sends frames at their times, not faster than the bus can carry them.
 
 use super::log::rate_of;
-use crate::adapter::{Adapter, Mode};
 use crate::error::Error;
 use crate::link::Link;
 use crate::note::{At, Note};
 use crate::output::Terminal;
+use adapter::{Adapter, Mode};
 use can_wire::frame_length::{INTERMISSION, frame_bits};
 use plumbline::can::{BitRate, Frame};
 use plumbline::time::{Duration, Instant, after, millis};

@@ -2,10 +2,9 @@
 
 use super::bus::Bus;
 use super::file;
-use crate::adapter::Mode;
 use crate::backup::Backup;
 use crate::connect::{self, Wanted};
-use crate::error::{Error, FileError, Kind, RequestError};
+use crate::error::{Error, FileError, RequestError};
 use crate::identify::Found;
 use crate::image::ImageFile;
 use crate::link::Link;
@@ -17,10 +16,12 @@ use crate::output::Terminal;
 use crate::question::Name;
 use crate::scan;
 use crate::session::Session;
+use adapter::Mode;
 use plumbline::can::BitRate;
 use plumbline::model::catalog::{PRODUCTS, Product};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
+use texts::Kind;
 
 /// The node-ID of a bootloader without a boot record.
 const BLANK: u8 = 127;

@@ -130,7 +130,7 @@ fn polled(
             Ok(None) if !is_told && sampler.silence(session.link.now()) >= SILENT => {
                 is_told = true;
                 let unread = session.link.adapter().unread();
-                let told = unread.and_then(|unread| unread.told());
+                let told = unread.and_then(|unread| Note::unread(&unread));
                 let cause = told.unwrap_or(Note::CheckWiring);
                 terminal.note(&Note::Silent(Box::new(cause)));
             }

@@ -1,7 +1,7 @@
 //! The data sheet of a CANopen device (CiA 306): sections with the index of an object, `[2000]`, and its sub-indices, `[1018sub1]`.
 
 use super::ini::{Section, number, sections};
-use super::{Draft, MOST, NO_ARTICLE, NO_PARAMETER, Parts, entry, shown, too_many};
+use super::{Draft, MOST, NO_ARTICLE, NO_PARAMETER, Parts, entry, too_many};
 use crate::error::Fault;
 use crate::sheet::rows::{Row, group_of};
 use crate::sheet::{Address, Entry, Form};
@@ -12,6 +12,7 @@ use plumbline::model::catalog::Protocol;
 use plumbline::model::listing::canopen::Tables;
 use plumbline::param::{DataType, Permitted};
 use std::collections::{BTreeMap, HashMap};
+use texts::shown;
 
 /// The object types that have a value: a variable, an array, a record.
 const VARIABLE: i64 = 7;

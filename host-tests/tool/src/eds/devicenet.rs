@@ -7,7 +7,7 @@
 //! ```
 
 use super::ini::number;
-use super::{Draft, MOST, NO_ARTICLE, NO_PARAMETER, Owner, Parts, SHOWN, entry, shown, too_many};
+use super::{Draft, MOST, NO_ARTICLE, NO_PARAMETER, Owner, Parts, entry, too_many};
 use crate::error::Fault;
 use crate::number::Scale;
 use crate::sheet::rows::Row;
@@ -17,6 +17,7 @@ use plumbline::model::catalog::Protocol;
 use plumbline::model::listing::devicenet::Tables;
 use plumbline::param::{DataType, Meaning, Permitted};
 use std::collections::HashMap;
+use texts::{SHOWN, shown};
 
 /// The flags of a parameter: its scale can be in other parameters; it can only be read; it is a measured value; the decimals are a part of its
 /// scale.

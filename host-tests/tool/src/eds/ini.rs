@@ -1,9 +1,10 @@
 //! The sections of a CANopen data sheet, with names in small letters, because they are compared without capitals.
 
 use super::canopen::address;
-use super::{MOST, shown, too_many};
+use super::{MOST, too_many};
 use crate::error::Fault;
 use std::collections::HashMap;
+use texts::shown;
 
 /// The longest line in bytes. One of CiA 306 has 255.
 const LONGEST: usize = 1024;

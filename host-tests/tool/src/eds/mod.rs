@@ -27,6 +27,7 @@ use plumbline::param::{DataType, ParameterId};
 use std::collections::{HashMap, HashSet};
 use std::path::Path;
 use std::sync::{Arc, Mutex, PoisonError};
+use texts::shown;
 
 /// The longest file that is read, in bytes.
 const LONGEST: u64 = 8 << 20;
@@ -39,9 +40,6 @@ pub const MOST_FILES: usize = 32;
 
 /// The sheets of the files that were read.
 static KEPT: Mutex<Vec<Sheet>> = Mutex::new(Vec::new());
-
-/// The longest text of a file that is shown, in letters.
-const SHOWN: usize = 80;
 
 /// No parameter of the catalogue has this id: a data sheet does not say which of its entries is the node-ID.
 const NO_PARAMETER: ParameterId = ParameterId(u8::MAX);
@@ -202,12 +200,6 @@ fn product_name(name: &str) -> String {
         own if PRODUCTS.iter().any(|product| product.name == own) => format!("{name}-eds"),
         _ => name,
     }
-}
-
-/// A text of a file without control characters, because a terminal executes them.
-pub(crate) fn shown(text: &str) -> String {
-    let printable = text.trim().chars().filter(|letter| !letter.is_control());
-    printable.take(SHOWN).collect()
 }
 
 fn too_many() -> Fault {

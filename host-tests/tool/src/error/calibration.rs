@@ -1,6 +1,6 @@
 //! Errors of the calibration of a unit.
 
-use super::errors;
+use texts::errors;
 
 errors! {
     /// What stops the calibration of a unit.

@@ -1,8 +1,8 @@
 //! Errors of files.
 
-use super::{Error, NumberError, errors};
-use crate::texts::texts;
+use super::{Error, NumberError};
 use bench::file::Unfit;
+use texts::{errors, texts};
 
 errors! {
     /// A file that cannot be read or written, or has the wrong content.

@@ -1,6 +1,6 @@
 //! Errors of values.
 
-use super::errors;
+use texts::errors;
 
 errors! {
     /// Why a text is no value of an entry.

@@ -1,7 +1,6 @@
 //! Errors of the server of the page.
 
-use super::errors;
-use crate::texts::texts;
+use texts::{errors, texts};
 
 errors! {
     /// A request of the page that is refused.

@@ -1,8 +1,12 @@
 //! Errors of the command line, of names, and of what a product does not have.
 
-use super::{NumberError, errors};
+use super::NumberError;
 use crate::question::Doubts;
-use crate::texts::texts;
+use texts::{errors, texts};
+
+/// The ports that there can be.
+const PORTS: &str = "ports are slcan://HOST:PORT, slcan:/dev/ttyACM0, can0 (Linux), usb[:SERIAL], pcan[:USBBUS1] and demo:PRODUCT; `plumbline ports` lists those of this computer";
+const PORTS_DE: &str = "Anschlüsse sind slcan://HOST:PORT, slcan:/dev/ttyACM0, can0 (Linux), usb[:SERIAL], pcan[:USBBUS1] und demo:PRODUCT; `plumbline ports` nennt die dieses Computers";
 
 errors! {
     /// What is wrong with a request.
@@ -10,6 +14,18 @@ errors! {
         Usage(text: String): Usage "bad-usage" = "{text}", "{text}";
         Stopped: Stopped "stopped" = "stopped by Ctrl-C: start the command again to finish it",
             "angehalten: Beginnen Sie den Befehl noch einmal, um ihn zu beenden";
+        UnknownPort(port: String): Usage "unknown-port" = "there is no port {port:?}: {PORTS}",
+            "es gibt keinen Anschluss {port:?}: {PORTS_DE}";
+        NoAdapter: Bus "not-open" = "there is no adapter", "es gibt keinen Adapter";
+        Demonstration: Bus "adapter-lost" = "the demonstration does not start", "die Demonstration startet nicht";
+        ListenRate: Bus "no-listen-only" = "the adapter has no listen-only mode: give the bit rate with --rate",
+            "der Adapter kann nicht nur hören: Wählen Sie die Bitrate";
+        LogListens: Bus "no-listen-only" = "the adapter has no listen-only mode, but `log` only listens: use another adapter",
+            "der Adapter kann nicht nur hören, `log` hört aber nur: Verwenden Sie einen anderen Adapter";
+        MayNotTakePart: Usage "no-listen-only" = "the adapter has no listen-only mode, so it was not opened: --yes lets it take part in the bus; with --id, --node, --mac or --address the tool asks the sensor without listening first",
+            "der Adapter kann nicht nur hören und wurde nicht geöffnet: Erlauben Sie ihm, am Bus teilzunehmen, oder geben Sie die Adresse des Sensors an";
+        AllRefused: Bus "adapter-refused" = "the adapter refuses all bit rates: another program may have it open, or it is not an slcan adapter. Close the other program, or check --port",
+            "der Adapter lehnt alle Bitraten ab: Vielleicht verwendet ihn ein anderes Programm, oder er ist kein slcan-Adapter. Schließen Sie das andere Programm, oder prüfen Sie den Anschluss";
         UnknownProduct(name: String, products: String, meant: Meant): Usage "unknown-product" = "there is no product {name:?}; the products are {products}{meant}",
             "es gibt kein Produkt {name:?}; die Produkte sind {products}{meant}";
         NoJ1939(name: String): Usage "unknown-product" = "{name} does not have J1939: ims360/j1939 has it",

@@ -1,7 +1,7 @@
 //! Errors of a sensor: it refuses, does not answer, or is not as it should be.
 
-use super::{NO_ANSWER, NO_ANSWER_DE, NOT_FOUND, NOT_FOUND_DE, errors};
-use crate::texts::texts;
+use super::{NO_ANSWER, NO_ANSWER_DE, NOT_FOUND, NOT_FOUND_DE};
+use texts::{errors, texts};
 
 errors! {
     /// A request that the sensor has refused.

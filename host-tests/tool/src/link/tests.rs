@@ -1,12 +1,14 @@
 use super::*;
-use crate::adapter::Capabilities;
 use crate::master::canopen::{nmt, sdo};
 use crate::master::devicenet::explicit as devicenet;
 use crate::master::fsc::request as fsc;
+use adapter::{AdapterError, Capabilities};
 use plumbline::can::standard;
 use std::cell::RefCell;
 use std::collections::VecDeque;
 use std::rc::Rc;
+
+mod busy;
 
 /// Frames that have come, and answers to requests by their first byte.
 #[derive(Default)]
@@ -43,7 +45,7 @@ impl Adapter for Scripted {
         }
     }
 
-    fn open(&mut self, _: Option<BitRate>, _: Mode) -> Result<(), Error> {
+    fn open(&mut self, _: Option<BitRate>, _: Mode) -> Result<(), AdapterError> {
         Ok(())
     }
 
@@ -53,7 +55,7 @@ impl Adapter for Scripted {
         script.kept = 0;
     }
 
-    fn send(&mut self, frame: &Frame) -> Result<(), Error> {
+    fn send(&mut self, frame: &Frame) -> Result<(), AdapterError> {
         let script = &mut *self.0.borrow_mut();
         script.sent.push(*frame);
         script.sent_at = script.now;
@@ -69,12 +71,12 @@ impl Adapter for Scripted {
         Ok(())
     }
 
-    fn receive(&mut self, until: Instant) -> Result<Option<(Instant, Frame)>, Error> {
+    fn receive(&mut self, until: Instant) -> Result<Option<(Instant, Frame)>, AdapterError> {
         let script = &mut *self.0.borrow_mut();
         // A frame counts as received now, though it came earlier.
         let now = Instant::from_ticks(script.now + 1);
         if std::mem::take(&mut script.is_refused) {
-            return Err(AdapterError::FrameRefused("the adapter".to_owned()).into());
+            return Err(AdapterError::FrameRefused("the adapter".to_owned()));
         }
         if let Some(frame) = script.received.pop_front() {
             script.kept = 0;

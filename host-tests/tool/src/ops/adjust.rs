@@ -3,7 +3,7 @@
 use super::get::show;
 use super::report::{Adjusted, Report, Values};
 use super::set::needs_save;
-use crate::error::{Error, Kind, RequestError, Why};
+use crate::error::{Error, RequestError, Why};
 use crate::identify::Found;
 use crate::note::Note;
 use crate::output::Terminal;
@@ -11,6 +11,7 @@ use crate::question::{Change, Question};
 use crate::session::Session;
 use crate::sheet::{Entry, Origin};
 use plumbline::model::catalog::{Adjustment, Product, Written};
+use texts::Kind;
 
 /// The reference that the present position becomes.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]

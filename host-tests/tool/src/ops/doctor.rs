@@ -2,7 +2,6 @@
 
 pub(crate) mod traffic;
 
-use crate::adapter::Adapter;
 use crate::connect::{self, RATES};
 use crate::error::Error;
 use crate::identify;
@@ -14,11 +13,12 @@ use crate::output::{Progress, Terminal};
 use crate::scan::listen::{self, Frames};
 use crate::scan::passive::{self, Sighting};
 use crate::scan::{self, kbits};
-use crate::texts::texts;
+use adapter::Adapter;
 use plumbline::can::{BitRate, Frame};
 use plumbline::time::{Duration, Instant, after, millis};
 use serde::{Serialize, Serializer};
 use serde_json::{Value, json};
+use texts::texts;
 use traffic::Traffic;
 
 /// The load from which on frames of low priority wait long, in percent.

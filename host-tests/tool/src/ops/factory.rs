@@ -4,7 +4,6 @@
 use super::rate::answers;
 use super::report::Done;
 use super::{Report, address, adjust};
-use crate::adapter::Mode;
 use crate::error::Error;
 use crate::identify::Found;
 use crate::master::{factory_rate, factory_target};
@@ -12,6 +11,7 @@ use crate::note::Note;
 use crate::output::Terminal;
 use crate::question::Change;
 use crate::session::Session;
+use adapter::Mode;
 
 /// Loads the factory values after a yes.
 pub(super) fn load(

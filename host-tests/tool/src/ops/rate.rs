@@ -3,7 +3,6 @@
 
 use super::report::Done;
 use super::{Report, adjust, set};
-use crate::adapter::Mode;
 use crate::cli::NewRate;
 use crate::error::{Error, RequestError, SensorError, Silence, Why};
 use crate::identify::{self, Found};
@@ -13,6 +12,7 @@ use crate::output::Terminal;
 use crate::question::Change;
 use crate::session::Session;
 use crate::sheet::Entry;
+use adapter::Mode;
 use plumbline::can::BitRate;
 use plumbline::param::ParameterId;
 use plumbline::time::{Duration, after, millis};

@@ -8,10 +8,10 @@ use super::replace::report::Replaced;
 use crate::cli::NewRate;
 use crate::master::j1939::address::Shown as Address;
 use crate::sheet::Entry;
-use crate::texts::texts;
 use serde::ser::SerializeMap;
 use serde::{Serialize, Serializer};
 use serde_json::Value;
+use texts::texts;
 
 texts! {
     /// What happened, in one sentence.

@@ -1,6 +1,6 @@
 //! `update`: another program for a sensor with a bootloader.
 
-use crate::error::{Error, Kind, RequestError, SensorError, Silence, What};
+use crate::error::{Error, RequestError, SensorError, Silence, What};
 use crate::identify;
 use crate::image::ImageFile;
 use crate::link::Link;
@@ -14,6 +14,7 @@ use crate::session::Session;
 use plumbline::canopen::Abort;
 use plumbline::param::number;
 use plumbline::time::{Duration, after, millis};
+use texts::Kind;
 
 /// The longest time until the bootloader answers. It searches the bit rate if it has no boot record.
 const ENTRY: Duration = millis(3000);

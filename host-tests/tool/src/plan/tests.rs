@@ -1,10 +1,10 @@
 mod pdos;
 
 use super::*;
-use crate::adapter::{Adapter, Capabilities, Mode};
 use crate::identify::product;
 use crate::link::Link;
 use crate::sheet::Sheet;
+use adapter::{Adapter, AdapterError, Capabilities, Mode};
 use plumbline::can::{BitRate, Frame, standard};
 use plumbline::time::{Instant, after};
 use std::cell::RefCell;
@@ -80,13 +80,13 @@ impl Adapter for Bus {
         }
     }
 
-    fn open(&mut self, _: Option<BitRate>, _: Mode) -> Result<(), Error> {
+    fn open(&mut self, _: Option<BitRate>, _: Mode) -> Result<(), AdapterError> {
         Ok(())
     }
 
     fn close(&mut self) {}
 
-    fn send(&mut self, frame: &Frame) -> Result<(), Error> {
+    fn send(&mut self, frame: &Frame) -> Result<(), AdapterError> {
         let node = &mut *self.0.borrow_mut();
         match (frame.can_id().bits(), frame.bytes()) {
             (0, &[command, NODE]) => {
@@ -108,7 +108,7 @@ impl Adapter for Bus {
         Ok(())
     }
 
-    fn receive(&mut self, until: Instant) -> Result<Option<(Instant, Frame)>, Error> {
+    fn receive(&mut self, until: Instant) -> Result<Option<(Instant, Frame)>, AdapterError> {
         let node = &mut *self.0.borrow_mut();
         if let Some(received) = node.frames.pop_front() {
             node.now = node.now.max(received.0);

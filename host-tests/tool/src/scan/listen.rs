@@ -1,12 +1,12 @@
 //! The first part of a scan, and of every other command that does not know where the sensor is: listens and sends nothing.
 
 use super::schedule::{self, Lone, Schedule};
-use crate::adapter::Mode;
-use crate::error::{AdapterError, Error};
+use crate::error::{Error, RequestError};
 use crate::link::{Link, stopped};
 use crate::note::{Note, Step};
 use crate::output::{Progress, Terminal};
 use crate::question::{Question, Rate};
+use adapter::Mode;
 use plumbline::can::{BitRate, Frame};
 use plumbline::time::{Duration, Instant, after, millis};
 
@@ -112,7 +112,7 @@ pub fn all(
 fn all_refused(mut refused: Vec<(Option<BitRate>, Error)>) -> Error {
     match (refused.pop(), refused.is_empty()) {
         (Some((_, only)), true) => only,
-        _ => AdapterError::AllRefused.into(),
+        _ => RequestError::AllRefused.into(),
     }
 }
 
@@ -181,7 +181,7 @@ fn confirmed(rate: Option<BitRate>, terminal: &mut Terminal) -> Result<(), Error
         terminal.note(&Note::AdapterTakesPart);
         return Ok(());
     }
-    Err(AdapterError::MayNotTakePart.into())
+    Err(RequestError::MayNotTakePart.into())
 }
 
 /// Opens the adapter in listen-only mode. This program does not change the mode of an interface: if it takes part in the bus, its frames

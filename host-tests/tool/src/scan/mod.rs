@@ -16,9 +16,8 @@ mod process_data;
 pub(crate) mod row;
 pub mod schedule;
 
-use crate::adapter::{Adapter, Mode};
 use crate::connect::RATES;
-use crate::error::{AdapterError, Error, Rates, SensorError};
+use crate::error::{Error, Rates, SensorError};
 use crate::identify;
 use crate::labels::Labels;
 use crate::link::Link;
@@ -28,6 +27,7 @@ use crate::note::{At, Note};
 use crate::output::Terminal;
 use crate::question::Question;
 pub use active::Questions;
+use adapter::{Adapter, AdapterError, Mode};
 use listen::Traffic;
 pub use memory::Memory;
 use passive::Sighting;
@@ -235,3 +235,6 @@ pub(crate) fn report(link: &Link, terminal: &mut Terminal) {
         terminal.note(&Note::Sent(*count, At::from(*rate)));
     }
 }
+
+#[cfg(all(test, target_os = "linux"))]
+mod tests;

@@ -10,7 +10,6 @@ use crate::calibrate::log::Source;
 use crate::calibrate::rest::Average;
 use crate::command::calibrate;
 use crate::error::{CalibrationError, Error, RequestError};
-use crate::texts::Text;
 use serde::Deserialize;
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
@@ -18,6 +17,7 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
+use texts::Text;
 
 /// The longest wait without a check for a stop.
 const SLICE: Duration = Duration::from_millis(100);

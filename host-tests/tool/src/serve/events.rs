@@ -9,11 +9,11 @@
 //! opens another one and knows the present state again. The numbers of the samples show what is missing.
 
 use crate::error::{Asks, Error, PageError};
-use crate::texts::Text;
 use serde_json::{Value, json};
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use texts::Text;
 use tokio::sync::mpsc::{Receiver, Sender, channel};
 
 /// The maximum number of tabs.

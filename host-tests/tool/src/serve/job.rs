@@ -2,7 +2,6 @@
 
 use super::line::{self, Words};
 use super::sheets::{Kept, Sheets};
-use crate::adapter::Adapter;
 use crate::cli::Options;
 use crate::connect::Wanted;
 use crate::error::{Error, PageError};
@@ -12,6 +11,7 @@ use crate::master::Protocol;
 use crate::ops::Request;
 use crate::question::{Name, Question};
 use crate::scan::Memory;
+use adapter::Adapter;
 use plumbline::can::BitRate;
 use serde::{Deserialize, Deserializer};
 use serde_json::Value;

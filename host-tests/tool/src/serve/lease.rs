@@ -1,9 +1,8 @@
 //! One adapter that samples and commands share, one after the other. It stays open between them.
 
 use super::tap::Tap;
-use crate::adapter::unread::Unread;
-use crate::adapter::{Adapter, Capabilities, Mode};
-use crate::error::Error;
+use adapter::unread::Unread;
+use adapter::{Adapter, AdapterError, Capabilities, Mode};
 use plumbline::can::{BitRate, Frame};
 use plumbline::time::Instant;
 use std::cell::RefCell;
@@ -67,7 +66,7 @@ impl Adapter for Lease {
         self.0.borrow().adapter.capabilities()
     }
 
-    fn open(&mut self, rate: Option<BitRate>, mode: Mode) -> Result<(), Error> {
+    fn open(&mut self, rate: Option<BitRate>, mode: Mode) -> Result<(), AdapterError> {
         let mut shared = self.0.borrow_mut();
         // An interface has a rate of its own, which need not be given.
         let own = shared.adapter.rate();
@@ -91,7 +90,7 @@ impl Adapter for Lease {
         shared.adapter.close();
     }
 
-    fn send(&mut self, frame: &Frame) -> Result<(), Error> {
+    fn send(&mut self, frame: &Frame) -> Result<(), AdapterError> {
         let mut shared = self.0.borrow_mut();
         shared.adapter.send(frame)?;
         let now = shared.adapter.now();
@@ -99,7 +98,7 @@ impl Adapter for Lease {
         Ok(())
     }
 
-    fn receive(&mut self, until: Instant) -> Result<Option<(Instant, Frame)>, Error> {
+    fn receive(&mut self, until: Instant) -> Result<Option<(Instant, Frame)>, AdapterError> {
         let mut shared = self.0.borrow_mut();
         let received = shared.adapter.receive(until)?;
         if let Some((at, frame)) = &received {

@@ -7,16 +7,16 @@ use super::events::{Hub, Kind};
 use super::lease::Lease;
 use super::sheets::Sheets;
 use crate::cyclic::pace::Pace;
-use crate::error::{Error, Kind as Refusal, RequestError};
+use crate::error::{Error, RequestError};
 use crate::identify::Found;
 use crate::sample::{Sample, Sampler};
 use crate::scan::kbits;
 use crate::session::Session;
 use crate::sheet::Entry;
-use crate::texts::Text;
 use condition::ERROR_REGISTER;
 use plumbline::time::{Duration, Instant, after, millis};
 use serde_json::{Value, json};
+use texts::{Kind as Refusal, Text};
 
 /// The longest wait without a check for jobs.
 const SLICE: Duration = millis(20);

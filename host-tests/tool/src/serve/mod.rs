@@ -229,7 +229,7 @@ pub fn run(settings: Settings, opens: bool, terminal: &mut Terminal) -> Result<(
     if opens && let Err(error) = open::that_detached(&url) {
         terminal.note(&Note::NoBrowser(error.to_string()));
     }
-    server.run(Box::new(crate::adapter::connect), &*terminal.stopped)
+    server.run(Box::new(crate::port::connect), &*terminal.stopped)
 }
 
 /// A secret of 128 random bits, as 32 hexadecimal digits.

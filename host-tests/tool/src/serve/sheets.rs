@@ -165,7 +165,7 @@ impl Sheets {
 
 /// The name of a file without control characters, for the page.
 pub fn shown(name: &str) -> String {
-    match eds::shown(name) {
+    match texts::shown(name) {
         name if name.is_empty() => "FILE.eds".to_owned(),
         name => name,
     }

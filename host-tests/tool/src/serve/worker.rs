@@ -13,17 +13,16 @@ use super::lease::Lease;
 use super::line::{self, Words};
 use super::live::Live;
 use super::sheets::{Kept, Sheets};
-use crate::adapter::unread::Unread;
-use crate::adapter::{Adapter, Mode};
 use crate::connect;
-use crate::error::{Error, Kind as Refusal, Silence};
+use crate::error::{Error, Silence};
 use crate::identify::Identity;
 use crate::last::Last;
 use crate::link::Link;
 use crate::output::Terminal;
 use crate::scan::Memory;
-use crate::texts::Text;
 use action::Answers;
+use adapter::unread::Unread;
+use adapter::{Adapter, Mode};
 use plumbline::time::{after, millis};
 use report::Reported;
 use serde_json::{Map, Value, json};
@@ -32,6 +31,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, TryRecvError};
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
+use texts::{Kind as Refusal, Text};
 use which::{Asked, on_request};
 
 /// The pause between two events with the status and the frames.
@@ -131,7 +131,7 @@ impl Worker {
             if let Some(job) = job {
                 self.stop.store(false, Ordering::Relaxed);
                 let result = self.work(job.task);
-                let result = result.map_err(|failure| self.unread().explain(failure));
+                let result = result.map_err(|failure| failure.with_unread(&self.unread()));
                 self.stop.store(false, Ordering::Relaxed);
                 // The page knows that the buttons can be pressed again before it has the answer.
                 self.report();

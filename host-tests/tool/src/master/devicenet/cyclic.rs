@@ -11,7 +11,7 @@
 //! ```
 
 use crate::cyclic::{LISTENS, Layout, Message, Started, Stream};
-use crate::error::{Error, Kind, SensorError, What};
+use crate::error::{Error, SensorError, What};
 use crate::link::Link;
 use crate::master::devicenet::explicit::{Path, Slave};
 use crate::note::Note;
@@ -22,6 +22,7 @@ use crate::sheet::Entry;
 use plumbline::devicenet::{Assembly, service};
 use plumbline::model::listing::devicenet::Tables;
 use plumbline::time::{Duration, Instant, after, millis};
+use texts::Kind;
 
 /// The poll connection, and its attribute with the expected packet rate in ms.
 const CONNECTION: Path = Path {

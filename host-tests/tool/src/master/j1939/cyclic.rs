@@ -8,7 +8,7 @@
 use super::ssi2::{self, Angles};
 use super::tables;
 use crate::cyclic::{Message, Source, Started, Stream};
-use crate::error::{Error, Kind, SensorError};
+use crate::error::{Error, SensorError};
 use crate::master::j1939::groups as j1939;
 use crate::sample::Sampler;
 use crate::session::Session;
@@ -16,6 +16,7 @@ use crate::sheet::Entry;
 use plumbline::can::Frame;
 use plumbline::param::Setting;
 use plumbline::time::{Duration, Instant, after, millis};
+use texts::Kind;
 
 /// The sensor whose process data is received.
 #[derive(Debug)]

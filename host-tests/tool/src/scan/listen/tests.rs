@@ -1,5 +1,5 @@
 use super::*;
-use crate::adapter::{Adapter, Capabilities};
+use adapter::{Adapter, AdapterError, Capabilities};
 use plumbline::can::standard;
 use std::rc::Rc;
 
@@ -25,17 +25,17 @@ impl Adapter for Late {
         }
     }
 
-    fn open(&mut self, _: Option<BitRate>, _: Mode) -> Result<(), Error> {
+    fn open(&mut self, _: Option<BitRate>, _: Mode) -> Result<(), AdapterError> {
         Ok(())
     }
 
     fn close(&mut self) {}
 
-    fn send(&mut self, _: &Frame) -> Result<(), Error> {
+    fn send(&mut self, _: &Frame) -> Result<(), AdapterError> {
         panic!("the tool only listens");
     }
 
-    fn receive(&mut self, until: Instant) -> Result<Option<(Instant, Frame)>, Error> {
+    fn receive(&mut self, until: Instant) -> Result<Option<(Instant, Frame)>, AdapterError> {
         let waits = self.now < until;
         if waits {
             self.now = after(until, LATE);

@@ -1,12 +1,12 @@
 //! The requests that need no bus: ports, products, and the parameters of a product.
 
 use super::{Answer, App};
-use crate::adapter::ports;
 use crate::connect::RATES;
 use crate::last::Last;
 use crate::master::{Protocol, j1939};
 use crate::scan::kbits;
 use crate::sheet::{Entry, Origin, Sheet};
+use adapter::ports;
 use axum::extract::{Path, State};
 use plumbline::model::catalog::PRODUCTS;
 use plumbline::param::{DataType, Permitted};
@@ -27,11 +27,7 @@ pub(super) async fn ports(State(app): State<Arc<App>>) -> Answer {
         let demo = |name: &str| json!({"port": format!("demo:{name}"), "kind": "demo", "maker": product.maker});
         ports.push(demo(product.name));
         if j1939::tables(product).is_some() {
-            ports.push(demo(&format!(
-                "{}{}",
-                product.name,
-                crate::adapter::demo::J1939
-            )));
+            ports.push(demo(&format!("{}{}", product.name, crate::demo::J1939)));
         }
     }
     let first = &app.start.connect;

@@ -1,10 +1,11 @@
 //! What the sensor says about its own state.
 
 use super::{Live, STREAK};
-use crate::error::{Error, Kind as Refusal};
+use crate::error::Error;
 use crate::serve::events::{Hub, Kind};
 use crate::sheet::Address;
 use serde_json::{Value, json};
+use texts::Kind as Refusal;
 
 /// The object with the error register.
 pub(super) const ERROR_REGISTER: Address = Address::Object {

@@ -2,10 +2,11 @@
 
 use super::Live;
 use crate::cyclic::Message;
-use crate::error::{Error, Kind as Refusal};
+use crate::error::Error;
 use crate::sample::{Sample, Sampler};
 use crate::serve::events::Hub;
 use plumbline::time::{Duration, Instant, after, millis};
+use texts::Kind as Refusal;
 
 /// The permitted delay of a message that the sensor sends by itself.
 const LATE: Duration = millis(10);

@@ -2,15 +2,15 @@
 
 use super::which::on_request;
 use super::{Worker, now};
-use crate::error::{Asks, Error, Kind as Refusal};
+use crate::error::{Asks, Error};
 use crate::output::{self, Bar, Progress, Terminal};
 use crate::question::{Name, Question};
 use crate::serve::events::{Hub, Kind, tell};
 use crate::serve::line::{self, Words};
-use crate::texts::Text;
 use serde_json::{Value, json};
 use std::cell::RefCell;
 use std::sync::Arc;
+use texts::{Kind as Refusal, Text};
 
 /// The questions of an action. A yes is for the question that was shown, not for another one.
 #[derive(Default)]

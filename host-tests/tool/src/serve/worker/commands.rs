@@ -2,7 +2,7 @@
 
 use super::action::Answers;
 use super::{Live, State, Worker};
-use crate::error::{Asks, Error, FileError, Kind as Refusal, PageError, RequestError, SensorError};
+use crate::error::{Asks, Error, FileError, PageError, RequestError, SensorError};
 use crate::identify;
 use crate::labels::Labels;
 use crate::ops::report::{Adjusted, Values};
@@ -18,6 +18,7 @@ use crate::sheet::Address;
 use plumbline::param::DataType;
 use serde_json::{Value, json};
 use std::sync::atomic::Ordering;
+use texts::Kind as Refusal;
 
 impl Worker {
     /// Reads all settings into a file.

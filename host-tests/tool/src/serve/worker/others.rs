@@ -4,13 +4,14 @@
 use super::action::Answers;
 use super::{Live, State, Worker};
 use crate::connect;
-use crate::error::{Error, Kind as Refusal, PageError, SensorError};
+use crate::error::{Error, PageError, SensorError};
 use crate::identify;
 use crate::scan::Memory;
 use crate::serve::events::Kind;
 use crate::serve::job::{Chart, Connect, Other, Part};
 use plumbline::time::Instant;
 use serde_json::{Value, json};
+use texts::Kind as Refusal;
 
 /// The maximum number of sensors in the chart.
 const MOST: usize = 4;

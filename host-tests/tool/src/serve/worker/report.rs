@@ -1,10 +1,10 @@
 //! The status of the connection, and the newest frames, for the tabs.
 
 use super::{Live, State, Worker};
-use crate::adapter::Adapter;
 use crate::scan::kbits;
 use crate::serve::events::Kind;
 use crate::serve::line;
+use adapter::Adapter;
 use plumbline::time::{self, millis};
 use serde_json::json;
 use std::time::Instant;

@@ -118,11 +118,11 @@ pub(super) fn on_request(failure: Error) -> Error {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::adapter::{Adapter, Mode, demo};
-    use crate::error::AdapterError;
+    use crate::demo;
     use crate::link::Link;
     use crate::serve::events::Hub;
     use crate::serve::lease::Lease;
+    use adapter::{Adapter, Mode};
     use plumbline::can::{CanId, Frame};
     use plumbline::time::millis;
     use std::sync::Arc;
@@ -133,7 +133,7 @@ mod tests {
     fn stop_while_the_last_frame_leaves_the_adapter_ends_the_command_but_not_its_last_requests() {
         let (stop, (_jobs, receiver)) = (Arc::new(AtomicBool::new(false)), channel());
         let opener = Box::new(|_: &str| -> Result<Box<dyn Adapter>, Error> {
-            Err(AdapterError::NoAdapter.into())
+            Err(crate::error::RequestError::NoAdapter.into())
         });
         let worker = Worker::new(receiver, Arc::new(Hub::default()), opener, stop.clone());
         let demo = demo::unpaced("is2").expect("a sensor");

@@ -2,7 +2,7 @@
 
 use super::files::file;
 use super::rig::Rig;
-use plumbline_tool::adapter::Mode;
+use adapter::Mode;
 
 /// The modes in which the adapter was opened since the last call.
 fn modes(rig: &Rig) -> Vec<Mode> {

@@ -1,10 +1,10 @@
 //! `scan` with an adapter that needs time to open.
 
 use super::rig::Rig;
+use adapter::Mode;
 use bench::{Bus, BusRate};
 use plumbline::can::{BitRate, Frame, standard};
 use plumbline::time::{after, millis};
-use plumbline_tool::adapter::Mode;
 use std::rc::Rc;
 
 #[test]

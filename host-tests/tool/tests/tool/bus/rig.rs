@@ -3,6 +3,9 @@
 #[path = "rig/adapter.rs"]
 mod adapter;
 
+use ::adapter::bench::{BenchAdapter, SharedBus};
+use ::adapter::unread::Unread;
+use ::adapter::{Adapter, Mode};
 use adapter::{Altered, Cyclic, Event, Unplugged};
 use bench::motion::Motion;
 use bench::{AdapterId, Bus, BusRate, Device, DeviceId, Flash, Geometry, NodeType, Sensor};
@@ -10,9 +13,6 @@ use clap::Parser;
 use plumbline::can::{BitRate, Frame};
 use plumbline::measure::{I32x3, ONE_G, Reading};
 use plumbline::time::{Instant, after, millis};
-use plumbline_tool::adapter::bench::{BenchAdapter, SharedBus};
-use plumbline_tool::adapter::unread::Unread;
-use plumbline_tool::adapter::{Adapter, Mode};
 use plumbline_tool::cli::Cli;
 use plumbline_tool::command::run_with;
 use plumbline_tool::error::Error;

@@ -2,10 +2,9 @@
 
 use crate::serve::client::Running;
 use crate::serve::fast_bus;
+use adapter::{Adapter, AdapterError, Capabilities, Mode};
 use plumbline::can::{BitRate, Frame};
 use plumbline::time::Instant;
-use plumbline_tool::adapter::{Adapter, Capabilities, Mode};
-use plumbline_tool::error::{AdapterError, Error};
 use serde_json::json;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex};
@@ -32,9 +31,9 @@ struct Plugged {
 }
 
 impl Plugged {
-    fn check(&self) -> Result<(), Error> {
+    fn check(&self) -> Result<(), AdapterError> {
         match self.plug.is_out.load(Ordering::Relaxed) {
-            true => Err(AdapterError::Lost("it".to_owned(), "unplugged".to_owned()).into()),
+            true => Err(AdapterError::Lost("it".to_owned(), "unplugged".to_owned())),
             false => Ok(()),
         }
     }
@@ -45,7 +44,7 @@ impl Adapter for Plugged {
         self.adapter.capabilities()
     }
 
-    fn open(&mut self, rate: Option<BitRate>, mode: Mode) -> Result<(), Error> {
+    fn open(&mut self, rate: Option<BitRate>, mode: Mode) -> Result<(), AdapterError> {
         self.check()?;
         self.plug.opened.fetch_add(1, Ordering::Relaxed);
         self.plug
@@ -58,7 +57,7 @@ impl Adapter for Plugged {
         self.adapter.close();
     }
 
-    fn send(&mut self, frame: &Frame) -> Result<(), Error> {
+    fn send(&mut self, frame: &Frame) -> Result<(), AdapterError> {
         self.check()?;
         self.plug.sent.fetch_add(1, Ordering::Relaxed);
         self.adapter.send(frame)?;
@@ -67,7 +66,7 @@ impl Adapter for Plugged {
         Ok(())
     }
 
-    fn receive(&mut self, until: Instant) -> Result<Option<(Instant, Frame)>, Error> {
+    fn receive(&mut self, until: Instant) -> Result<Option<(Instant, Frame)>, AdapterError> {
         self.check()?;
         self.adapter.receive(until)
     }

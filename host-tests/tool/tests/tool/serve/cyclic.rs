@@ -3,11 +3,10 @@
 use crate::bus::rig::Rig;
 use crate::serve::api::run;
 use crate::serve::client::{Running, Tab};
+use adapter::bench::BenchAdapter;
+use adapter::{Adapter, AdapterError, Capabilities, Mode};
 use plumbline::can::{BitRate, Frame, standard};
 use plumbline::time::Instant;
-use plumbline_tool::adapter::bench::BenchAdapter;
-use plumbline_tool::adapter::{Adapter, Capabilities, Mode};
-use plumbline_tool::error::Error;
 use serde_json::{Value, json};
 use std::thread;
 use std::time::Duration;
@@ -30,7 +29,7 @@ impl Adapter for Late {
         self.adapter.capabilities()
     }
 
-    fn open(&mut self, rate: Option<BitRate>, mode: Mode) -> Result<(), Error> {
+    fn open(&mut self, rate: Option<BitRate>, mode: Mode) -> Result<(), AdapterError> {
         self.adapter.open(rate, mode)
     }
 
@@ -38,11 +37,11 @@ impl Adapter for Late {
         self.adapter.close();
     }
 
-    fn send(&mut self, frame: &Frame) -> Result<(), Error> {
+    fn send(&mut self, frame: &Frame) -> Result<(), AdapterError> {
         self.adapter.send(frame)
     }
 
-    fn receive(&mut self, until: Instant) -> Result<Option<(Instant, Frame)>, Error> {
+    fn receive(&mut self, until: Instant) -> Result<Option<(Instant, Frame)>, AdapterError> {
         let start = self.now();
         self.waits += 1;
         let (often, time) = LATE;

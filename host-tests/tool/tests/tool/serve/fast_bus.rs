@@ -3,10 +3,11 @@
 //! The time of the bus passes only while the tool waits for it, so the load of the computer changes no result. It is slowed down only to
 //! leave the processor to others while the tool polls a sensor without an end.
 
+use adapter::{Adapter, AdapterError, Capabilities, Mode};
 use plumbline::can::{BitRate, Frame};
 use plumbline::time::Instant;
-use plumbline_tool::adapter::{self, Adapter, Capabilities, Mode, demo};
 use plumbline_tool::error::Error;
+use plumbline_tool::{demo, port};
 use std::thread;
 use std::time::Duration;
 
@@ -17,7 +18,7 @@ const SPEEDUP: u64 = 20;
 pub fn connect(port: &str) -> Result<Box<dyn Adapter>, Error> {
     match port.strip_prefix("demo:") {
         Some(product) => Ok(Box::new(Fast(demo::unpaced(product)?))),
-        None => adapter::connect(port),
+        None => port::connect(port),
     }
 }
 
@@ -28,7 +29,7 @@ impl Adapter for Fast {
         self.0.capabilities()
     }
 
-    fn open(&mut self, rate: Option<BitRate>, mode: Mode) -> Result<(), Error> {
+    fn open(&mut self, rate: Option<BitRate>, mode: Mode) -> Result<(), AdapterError> {
         self.0.open(rate, mode)
     }
 
@@ -36,11 +37,11 @@ impl Adapter for Fast {
         self.0.close();
     }
 
-    fn send(&mut self, frame: &Frame) -> Result<(), Error> {
+    fn send(&mut self, frame: &Frame) -> Result<(), AdapterError> {
         self.0.send(frame)
     }
 
-    fn receive(&mut self, until: Instant) -> Result<Option<(Instant, Frame)>, Error> {
+    fn receive(&mut self, until: Instant) -> Result<Option<(Instant, Frame)>, AdapterError> {
         let start = self.now();
         let received = self.0.receive(until)?;
         let passed = self.now().ticks() - start.ticks();

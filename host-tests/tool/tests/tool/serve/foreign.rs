@@ -1,10 +1,11 @@
 //! A bus with a virtual sensor on which another device sends a frame every 100 ms.
 
+use adapter::unread::Unread;
+use adapter::{Adapter, AdapterError, Capabilities, Mode};
 use plumbline::can::{BitRate, CanId, Frame};
 use plumbline::time::{Instant, after, millis};
-use plumbline_tool::adapter::unread::Unread;
-use plumbline_tool::adapter::{Adapter, Capabilities, Mode, demo};
-use plumbline_tool::error::{AdapterError, Error};
+use plumbline_tool::demo;
+use plumbline_tool::error::Error;
 use plumbline_tool::serve::job::Opener;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -43,9 +44,9 @@ struct Foreign {
 }
 
 impl Foreign {
-    fn check(&self) -> Result<(), Error> {
+    fn check(&self) -> Result<(), AdapterError> {
         match self.witness.is_out.load(Ordering::Relaxed) {
-            true => Err(AdapterError::Lost("it".to_owned(), "unplugged".to_owned()).into()),
+            true => Err(AdapterError::Lost("it".to_owned(), "unplugged".to_owned())),
             false => Ok(()),
         }
     }
@@ -56,7 +57,7 @@ impl Adapter for Foreign {
         self.adapter.capabilities()
     }
 
-    fn open(&mut self, rate: Option<BitRate>, mode: Mode) -> Result<(), Error> {
+    fn open(&mut self, rate: Option<BitRate>, mode: Mode) -> Result<(), AdapterError> {
         self.check()?;
         self.rate = rate;
         self.next = self.adapter.now();
@@ -67,12 +68,12 @@ impl Adapter for Foreign {
         self.adapter.close();
     }
 
-    fn send(&mut self, frame: &Frame) -> Result<(), Error> {
+    fn send(&mut self, frame: &Frame) -> Result<(), AdapterError> {
         self.witness.kept().push(frame.can_id().bits());
         self.adapter.send(frame)
     }
 
-    fn receive(&mut self, until: Instant) -> Result<Option<(Instant, Frame)>, Error> {
+    fn receive(&mut self, until: Instant) -> Result<Option<(Instant, Frame)>, AdapterError> {
         // The bus has 250 kbit/s.
         self.check()?;
         let is_cut = self.witness.is_cut.load(Ordering::Relaxed);

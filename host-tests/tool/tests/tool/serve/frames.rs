@@ -3,11 +3,10 @@
 use crate::bus::rig::Rig;
 use crate::serve::api::run;
 use crate::serve::client::{Running, until};
+use adapter::bench::BenchAdapter;
+use adapter::{Adapter, AdapterError, Capabilities, Mode};
 use plumbline::can::{BitRate, Frame};
 use plumbline::time::Instant;
-use plumbline_tool::adapter::bench::BenchAdapter;
-use plumbline_tool::adapter::{Adapter, Capabilities, Mode};
-use plumbline_tool::error::Error;
 use serde_json::{Value, json};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
@@ -36,7 +35,7 @@ impl Adapter for Witnessed {
         self.adapter.capabilities()
     }
 
-    fn open(&mut self, rate: Option<BitRate>, mode: Mode) -> Result<(), Error> {
+    fn open(&mut self, rate: Option<BitRate>, mode: Mode) -> Result<(), AdapterError> {
         self.adapter.open(rate, mode)
     }
 
@@ -44,12 +43,12 @@ impl Adapter for Witnessed {
         self.adapter.close();
     }
 
-    fn send(&mut self, frame: &Frame) -> Result<(), Error> {
+    fn send(&mut self, frame: &Frame) -> Result<(), AdapterError> {
         self.waits = true;
         self.adapter.send(frame)
     }
 
-    fn receive(&mut self, until: Instant) -> Result<Option<(Instant, Frame)>, Error> {
+    fn receive(&mut self, until: Instant) -> Result<Option<(Instant, Frame)>, AdapterError> {
         if self.shared.is_still.load(Ordering::Relaxed) && !self.waits {
             return Ok(None);
         }

@@ -2,10 +2,10 @@
 
 use crate::serve::client::{Answer, Running};
 use crate::serve::foreign::{heartbeat, opener, unknown};
+use adapter::{Adapter, AdapterError, Capabilities, Mode};
 use plumbline::can::{BitRate, Frame};
 use plumbline::time::Instant;
-use plumbline_tool::adapter::{Adapter, Capabilities, Mode, demo};
-use plumbline_tool::error::Error;
+use plumbline_tool::demo;
 use serde_json::{Value, json};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -98,7 +98,7 @@ impl Adapter for Silent {
         }
     }
 
-    fn open(&mut self, rate: Option<BitRate>, mode: Mode) -> Result<(), Error> {
+    fn open(&mut self, rate: Option<BitRate>, mode: Mode) -> Result<(), AdapterError> {
         self.rate = rate;
         self.adapter.open(rate, mode)
     }
@@ -107,14 +107,14 @@ impl Adapter for Silent {
         self.adapter.close();
     }
 
-    fn send(&mut self, frame: &Frame) -> Result<(), Error> {
+    fn send(&mut self, frame: &Frame) -> Result<(), AdapterError> {
         match self.rate {
             Some(BitRate::K125) => self.adapter.send(frame),
             _ => Ok(()),
         }
     }
 
-    fn receive(&mut self, until: Instant) -> Result<Option<(Instant, Frame)>, Error> {
+    fn receive(&mut self, until: Instant) -> Result<Option<(Instant, Frame)>, AdapterError> {
         let mut received = self.adapter.receive(until)?;
         while received.is_some() && self.rate != Some(BitRate::K125) {
             received = self.adapter.receive(until)?;

@@ -3,10 +3,9 @@
 use crate::serve::client::{Running, until};
 use crate::serve::fast_bus;
 use crate::serve::foreign::{opener, unknown};
+use adapter::{Adapter, AdapterError, Capabilities, Mode};
 use plumbline::can::{BitRate, Frame};
 use plumbline::time::Instant;
-use plumbline_tool::adapter::{Adapter, Capabilities, Mode};
-use plumbline_tool::error::Error;
 use serde_json::{Value, json};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -167,7 +166,7 @@ impl Adapter for Held {
         self.0.capabilities()
     }
 
-    fn open(&mut self, rate: Option<BitRate>, mode: Mode) -> Result<(), Error> {
+    fn open(&mut self, rate: Option<BitRate>, mode: Mode) -> Result<(), AdapterError> {
         self.0.open(rate, mode)
     }
 
@@ -175,11 +174,11 @@ impl Adapter for Held {
         self.0.close();
     }
 
-    fn send(&mut self, frame: &Frame) -> Result<(), Error> {
+    fn send(&mut self, frame: &Frame) -> Result<(), AdapterError> {
         self.0.send(frame)
     }
 
-    fn receive(&mut self, until: Instant) -> Result<Option<(Instant, Frame)>, Error> {
+    fn receive(&mut self, until: Instant) -> Result<Option<(Instant, Frame)>, AdapterError> {
         while self.1.load(Ordering::Relaxed) {
             thread::sleep(Duration::from_millis(1));
         }

@@ -2,8 +2,8 @@
 
 use crate::serve::client::Running;
 use plumbline_tool::question::Question;
-use plumbline_tool::texts::Text;
 use serde_json::json;
+use texts::Text;
 
 #[test]
 fn question_has_its_texts_and_the_object_of_a_yes() {

@@ -3,10 +3,9 @@
 use crate::serve::api::{run, value};
 use crate::serve::client::{Answer, Running};
 use crate::serve::fast_bus;
+use adapter::{Adapter, AdapterError, Capabilities, Mode};
 use plumbline::can::{BitRate, CanId, Frame};
 use plumbline::time::{Instant, after, millis};
-use plumbline_tool::adapter::{Adapter, Capabilities, Mode};
-use plumbline_tool::error::Error;
 use serde_json::{Value, json};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -43,7 +42,7 @@ impl Adapter for Exchanged {
         }
     }
 
-    fn open(&mut self, rate: Option<BitRate>, mode: Mode) -> Result<(), Error> {
+    fn open(&mut self, rate: Option<BitRate>, mode: Mode) -> Result<(), AdapterError> {
         self.mode = mode;
         self.adapter.open(rate, mode)
     }
@@ -52,14 +51,14 @@ impl Adapter for Exchanged {
         self.adapter.close();
     }
 
-    fn send(&mut self, frame: &Frame) -> Result<(), Error> {
+    fn send(&mut self, frame: &Frame) -> Result<(), AdapterError> {
         if matches!(frame.bytes(), [0x28 | 0x29, ..]) {
             self.bus.zeros.fetch_add(1, Ordering::Relaxed);
         }
         self.adapter.send(frame)
     }
 
-    fn receive(&mut self, until: Instant) -> Result<Option<(Instant, Frame)>, Error> {
+    fn receive(&mut self, until: Instant) -> Result<Option<(Instant, Frame)>, AdapterError> {
         if self.bus.is_busy.load(Ordering::Relaxed) && self.mode == Mode::Listen {
             let next = after(self.now(), millis(10)).min(until);
             let received = self.adapter.receive(next)?;

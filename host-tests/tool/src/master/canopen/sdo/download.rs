@@ -9,8 +9,9 @@
 //! ```
 
 use super::{Answer, SAVED, Server, aborted, header};
-use crate::error::{AdapterError, Error};
+use crate::error::Error;
 use crate::link::{Link, stopped};
+use adapter::AdapterError;
 use plumbline::can::{CanId, Frame};
 use plumbline::canopen::Abort;
 use plumbline::time::{Duration, after, millis};

@@ -1,6 +1,6 @@
 use super::*;
-use crate::adapter::bench::BenchAdapter;
-use crate::adapter::{Adapter, Mode};
+use adapter::bench::BenchAdapter;
+use adapter::{Adapter, Mode};
 use bench::{AdapterId, Bus, BusRate};
 use plumbline::can::{BitRate, extended};
 use std::cell::RefCell;

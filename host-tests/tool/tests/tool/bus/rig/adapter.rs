@@ -1,12 +1,11 @@
 //! An adapter with faults, on a bus with another device.
 
+use adapter::bench::{BenchAdapter, SharedBus};
+use adapter::unread::Unread;
+use adapter::{Adapter, AdapterError, Capabilities, Mode};
 use bench::{AdapterId, Bus};
 use plumbline::can::{BitRate, Frame};
 use plumbline::time::{Instant, after, millis};
-use plumbline_tool::adapter::bench::{BenchAdapter, SharedBus};
-use plumbline_tool::adapter::unread::Unread;
-use plumbline_tool::adapter::{Adapter, Capabilities, Mode};
-use plumbline_tool::error::{AdapterError, Error};
 use std::cell::RefCell;
 use std::rc::Rc;
 
@@ -56,9 +55,9 @@ impl Cyclic {
 }
 
 impl Unplugged {
-    fn check(&self) -> Result<(), Error> {
+    fn check(&self) -> Result<(), AdapterError> {
         match self.left {
-            0 => Err(AdapterError::Lost("it".to_owned(), "unplugged".to_owned()).into()),
+            0 => Err(AdapterError::Lost("it".to_owned(), "unplugged".to_owned())),
             _ => Ok(()),
         }
     }
@@ -75,14 +74,14 @@ impl Adapter for Unplugged {
         }
     }
 
-    fn open(&mut self, rate: Option<BitRate>, mode: Mode) -> Result<(), Error> {
+    fn open(&mut self, rate: Option<BitRate>, mode: Mode) -> Result<(), AdapterError> {
         self.check()?;
         let rate = rate.or(self.interface);
         if rate.is_some() && (rate == self.refused || self.refuses_all) {
-            return Err(AdapterError::RateRefused("it".to_owned(), "this rate").into());
+            return Err(AdapterError::RateRefused("it".to_owned(), "this rate"));
         }
         if self.only_active && mode == Mode::Listen {
-            return Err(AdapterError::NoListenOnly("it".to_owned()).into());
+            return Err(AdapterError::NoListenOnly("it".to_owned()));
         }
         self.modes.borrow_mut().push(mode);
         if self.opening > 0 {
@@ -97,7 +96,7 @@ impl Adapter for Unplugged {
         self.adapter.close();
     }
 
-    fn send(&mut self, frame: &Frame) -> Result<(), Error> {
+    fn send(&mut self, frame: &Frame) -> Result<(), AdapterError> {
         self.check()?;
         self.left -= 1;
         if (self.lost)(frame) {
@@ -106,7 +105,7 @@ impl Adapter for Unplugged {
         self.adapter.send(frame)
     }
 
-    fn receive(&mut self, until: Instant) -> Result<Option<(Instant, Frame)>, Error> {
+    fn receive(&mut self, until: Instant) -> Result<Option<(Instant, Frame)>, AdapterError> {
         self.check()?;
         loop {
             let now = self.adapter.now();

@@ -1,0 +1,171 @@
+//! `demo:PRODUCT`: a virtual sensor inside of the program, at factory settings, in real time. Its angles change slowly.
+//! `demo:PRODUCT/j1939` is one that has been switched to J1939.
+
+use crate::error::{Error, RequestError};
+use crate::identify;
+use crate::link::Link;
+use crate::master::{devicenet, factory_target, j1939};
+use crate::session::Session;
+use adapter::bench::BenchAdapter;
+use adapter::{Adapter, AdapterError, Capabilities, Mode};
+use bench::scene::{Axes, Scene};
+use bench::{Bus, BusRate, Device, Flash, Geometry, NodeType};
+use plumbline::can::{BitRate, Frame};
+use plumbline::model::catalog::Product;
+use plumbline::model::listing::j1939::J1939Tables;
+use plumbline::time::{Duration, Instant, after, millis};
+use std::cell::RefCell;
+use std::rc::Rc;
+use std::time;
+
+/// The serial number of the sensor.
+const SERIAL: u32 = 1;
+
+/// The time in which a sensor has started.
+const BOOT: Duration = millis(200);
+
+/// The time of the duplicate MAC ID check of DeviceNet, which another node must acknowledge.
+const CHECK: Duration = millis(2500);
+
+/// The time in which a sensor in J1939 has restarted and has an address.
+const CLAIM: Duration = millis(700);
+
+/// The end of the name of a product that has been switched to J1939.
+pub const J1939: &str = "/j1939";
+
+/// The bus of the demonstration with one sensor of this product.
+///
+/// # Errors
+/// There is no such product, or it does not have J1939.
+pub fn bus(name: &str) -> Result<Bus, Error> {
+    let (name, is_j1939) = match name.strip_suffix(J1939) {
+        Some(name) => (name, true),
+        None => (name, false),
+    };
+    let product = identify::product(name)?;
+    let tables = j1939::tables(product);
+    if is_j1939 && tables.is_none() {
+        return Err(RequestError::NoJ1939(name.to_owned()).into());
+    }
+    let node_type = NodeType::from(product);
+    let mut bus = Bus::new(BusRate::Follow);
+    let flash = Flash::blank(Geometry::STM32F103);
+    let sway = Box::new(Scene::sway(Axes::of(&node_type)));
+    bus.attach(Device::new(&node_type, SERIAL, flash, sway));
+    let mut booted = after(bus.now(), BOOT);
+    let other = bus.adapter();
+    if devicenet::tables(product).is_some() {
+        bus.open(other, None, false);
+        booted = after(booted, CHECK);
+    }
+    bus.run_until(booted);
+    bus.remove(other);
+    match tables.filter(|_| is_j1939) {
+        Some(tables) => switched(bus, product, tables),
+        None => Ok(bus),
+    }
+}
+
+/// The bus after its sensor was switched to J1939.
+fn switched(bus: Bus, product: &'static Product, tables: &J1939Tables) -> Result<Bus, Error> {
+    let failed = || Error::from(RequestError::Demonstration);
+    let target = factory_target(product).ok_or_else(failed)?;
+    let bus = Rc::new(RefCell::new(bus));
+    let never: Rc<dyn Fn() -> bool> = Rc::new(|| false);
+    let mut link = Link::new(Box::new(BenchAdapter::new(&bus)), &never);
+    link.open(None, Mode::Active)?;
+    let mut session = Session::new(link, target, product);
+    if let Some((selector, canopen)) = tables.selector {
+        let entry = session.entry(selector)?;
+        let mut numbers = entry.meanings.iter().map(|(number, _)| *number);
+        let other = numbers.find(|number| *number != canopen);
+        session.write(&[(entry, other.unwrap_or(canopen))])?;
+    }
+    session.save()?;
+    session.restart()?;
+    session.link.wait_for(CLAIM, |_| None::<()>)?;
+    session.link.close();
+    drop(session);
+    let bus = Rc::into_inner(bus).map(RefCell::into_inner);
+    bus.ok_or_else(failed)
+}
+
+/// The adapter of the demonstration.
+///
+/// # Errors
+/// There is no such product.
+pub fn adapter(product: &str) -> Result<Paced, Error> {
+    let bus = bus(product)?;
+    let offset = bus.now();
+    let bus = Rc::new(RefCell::new(bus));
+    Ok(Paced {
+        start: Some(time::Instant::now()),
+        offset,
+        adapter: BenchAdapter::new(&bus),
+    })
+}
+
+/// The same in virtual time, without waiting; for tests.
+///
+/// # Errors
+/// There is no such product.
+pub fn unpaced(product: &str) -> Result<Paced, Error> {
+    let paced = adapter(product)?;
+    Ok(Paced {
+        start: None,
+        ..paced
+    })
+}
+
+/// An adapter whose virtual time follows the real time.
+pub struct Paced {
+    adapter: BenchAdapter,
+    /// The real time at the start; None: it does not wait.
+    start: Option<time::Instant>,
+    /// The virtual time at the start.
+    offset: Instant,
+}
+
+impl Adapter for Paced {
+    fn capabilities(&self) -> Capabilities {
+        // The bus has the rate of its sensor.
+        Capabilities {
+            needs_rate: false,
+            ..self.adapter.capabilities()
+        }
+    }
+
+    fn open(&mut self, rate: Option<BitRate>, mode: Mode) -> Result<(), AdapterError> {
+        self.adapter.open(rate, mode)
+    }
+
+    fn close(&mut self) {
+        self.adapter.close();
+    }
+
+    fn send(&mut self, frame: &Frame) -> Result<(), AdapterError> {
+        self.adapter.send(frame)
+    }
+
+    fn receive(&mut self, until: Instant) -> Result<Option<(Instant, Frame)>, AdapterError> {
+        self.adapter.forget_log();
+        let received = self.adapter.receive(until)?;
+        let virtual_time = self.adapter.now().ticks() - self.offset.ticks();
+        let virtual_time = time::Duration::from_micros(virtual_time);
+        let ahead = self
+            .start
+            .and_then(|start| virtual_time.checked_sub(start.elapsed()));
+        if let Some(ahead) = ahead {
+            std::thread::sleep(ahead);
+        }
+        Ok(received)
+    }
+
+    fn now(&self) -> Instant {
+        self.adapter.now()
+    }
+
+    fn errors(&mut self) -> Option<u64> {
+        self.adapter.errors()
+    }
+}
