@@ -5,7 +5,8 @@ mod sensor;
 
 pub use options::{Options, Program};
 
-use crate::server::{Language, Log, RunError, Server, StatusLine, Unit, tcp};
+use crate::server::{Clock, Language, Log, Outside, RunError, Server, StatusLine, Unit, tcp};
+use adapter::AdapterError;
 use bench::scene::SceneError;
 use bench::{Bus, BusRate};
 use options::SensorOptions;
@@ -16,6 +17,7 @@ use std::io::{self, IsTerminal, Write};
 use std::net::{Ipv4Addr, SocketAddr, TcpListener};
 use std::path::Path;
 use stm32_sim::Microcontroller;
+use texts::{Cause, Kind};
 
 /// The default address for clients.
 const DEFAULT_ADDRESS: &str = "127.0.0.1:11898";
@@ -39,6 +41,15 @@ impl From<SceneError> for Failure {
         match error {
             SceneError::Argument(what) => Self::Usage(what),
             SceneError::File(what) => Self::Outside(what),
+        }
+    }
+}
+
+impl From<AdapterError> for Failure {
+    fn from(error: AdapterError) -> Self {
+        match error.kind() {
+            Kind::Usage => Self::Usage(error.to_string()),
+            _ => Self::Outside(error.to_string()),
         }
     }
 }
@@ -81,6 +92,10 @@ fn run_sensors(
     sensors: &[(&'static Product, &SensorOptions)],
     options: &Options,
 ) -> Result<(), Failure> {
+    if options.on.is_some() && options.clock == Clock::Client {
+        let text = "the bus of an adapter (--on) has real time, so --clock client is not possible";
+        return Err(Failure::Usage(text.to_owned()));
+    }
     let stores = sensors.iter().filter_map(|(_, own)| own.store.as_deref());
     let stores: Vec<&Path> = stores.collect();
     for (at, store) in stores.iter().enumerate() {
@@ -118,9 +133,15 @@ fn run_sensors(
         units.push(sensor.attach(&mut bus, name));
     }
     boot(&mut bus, &units)?;
+    let rate = bus.rate();
+    let outside = options.on.as_deref().map(|port| Outside::open(port, rate));
+    let outside = outside.transpose()?;
     let status = io::stdout().is_terminal().then(StatusLine::new);
     let (mut server, events) = Server::new(bus, units[0].device, options.clock, log, status);
     server.control(units);
+    if let Some(outside) = outside {
+        server.connect(outside);
+    }
 
     let stop = events.clone();
     ctrlc::set_handler(move || stop.stop())
@@ -138,11 +159,15 @@ fn run_sensors(
         announce(&format!("slcan {path}"));
     }
     tcp::serve(listener, events).map_err(cannot("start a thread"))?;
+    if let Some(port) = &options.on {
+        announce(&format!("on {port} at {}", rate.name()));
+    }
     server.run().map_err(|ended| match ended {
         RunError::Log(error) => {
             let log = options.log.as_deref().unwrap_or(Path::new("log"));
             cannot(format!("write the log {}", log.display()))(error)
         }
+        RunError::Adapter(error) => error.into(),
         RunError::Firmware(_) => Failure::Outside(ended.to_string()),
     })
 }

@@ -13,40 +13,41 @@
 
 mod clock;
 mod control;
+mod event;
 mod log;
 mod outbox;
+mod outside;
 mod passage;
 mod pattern;
 mod port;
 #[cfg(unix)]
 pub mod pty;
+mod session;
 mod status;
 pub mod tcp;
 
 pub use clock::Clock;
 pub use control::Unit;
+pub use event::{Events, Language};
 pub use log::Log;
+pub use outside::Outside;
 pub use status::StatusLine;
 
 use crate::slcan::Channel;
-use bench::{AdapterId, Bus, DeviceId, Source};
+use adapter::AdapterError;
+use bench::{Bus, DeviceId, Source};
 use clock::{Line, write_time};
 use control::{Control, Side};
-use outbox::Outbox;
+use event::{ClientId, Event};
 use passage::Passage;
-use plumbline::can::Frame;
 use plumbline::time::{Instant, after, millis};
 use port::{AdapterPort, Leaving};
+use session::Session;
 use std::collections::BTreeMap;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};
+use std::io;
+use std::sync::mpsc::{Receiver, RecvTimeoutError, TryRecvError};
 use std::time::Duration;
-use std::{fmt, io};
 use stm32_sim::Microcontroller;
-
-/// Events that may wait for the main loop before their senders block.
-const EVENTS_MAX: usize = 256;
 
 /// Events that are processed before the bus runs again.
 const BURST: usize = 64;
@@ -64,106 +65,6 @@ const SLICE: plumbline::time::Duration = millis(20);
 /// still served.
 const PATIENCE: Duration = Duration::from_millis(100);
 
-/// Events from outside the bus.
-enum Event {
-    /// A client has connected, which speaks this.
-    Joined(ClientId, Client, Language),
-    /// A client has sent these bytes.
-    Input(ClientId, Vec<u8>),
-    /// A client has closed its connection.
-    Left(ClientId),
-    /// The program must end.
-    Stop,
-}
-
-/// What the clients of a port speak.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum Language {
-    /// slcan.
-    Slcan,
-    /// The JSON lines of clients that control the sensors.
-    Control,
-}
-
-/// Identifies a client; never reused.
-#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
-struct ClientId(u64);
-
-impl ClientId {
-    fn next() -> Self {
-        static NEXT: AtomicU64 = AtomicU64::new(1);
-        Self(NEXT.fetch_add(1, Ordering::Relaxed))
-    }
-}
-
-impl fmt::Display for ClientId {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        self.0.fmt(f)
-    }
-}
-
-/// The connection to a client. Dropping it ends the connection after the content of the outbox has been written.
-struct Client {
-    outbox: Arc<Outbox>,
-    hang_up: Box<dyn Fn() + Send>,
-}
-
-impl Client {
-    fn new(outbox: Arc<Outbox>, hang_up: impl Fn() + Send + 'static) -> Self {
-        Self {
-            outbox,
-            hang_up: Box::new(hang_up),
-        }
-    }
-
-    /// Sends bytes to the client; false when it had to be dropped because it does not read.
-    fn push(&self, bytes: &[u8]) -> bool {
-        let taken = bytes.is_empty() || self.outbox.push(bytes);
-        if !taken {
-            (self.hang_up)();
-        }
-        taken
-    }
-}
-
-impl Drop for Client {
-    fn drop(&mut self) {
-        self.outbox.close();
-    }
-}
-
-/// The server accepts no more events.
-struct Ended;
-
-/// The channel by which client threads report events.
-#[derive(Clone)]
-pub struct Events(SyncSender<Event>);
-
-impl Events {
-    fn send(&self, event: Event) -> Result<(), Ended> {
-        self.0.send(event).map_err(|_| Ended)
-    }
-
-    /// Ends the server after the event that it handles.
-    pub fn stop(&self) {
-        // If the receiver is gone, the server has already ended.
-        let _ = self.send(Event::Stop);
-    }
-}
-
-/// The main loop's state of a client.
-struct Session {
-    client: Client,
-    channel: Channel,
-    adapter: AdapterId,
-    line: Line,
-    /// A frame was received since the client advanced the time.
-    received: bool,
-    /// The faults of the frames in either direction.
-    to_client: Passage,
-    to_bus: Passage,
-}
-
 /// The main loop: one bus and all its clients.
 pub struct Server {
     bus: Bus,
@@ -176,6 +77,8 @@ pub struct Server {
     controls: BTreeMap<ClientId, Control>,
     units: Vec<Unit>,
     leaving: Leaving,
+    /// The bus of an adapter.
+    outside: Option<Outside>,
     log: Option<Log>,
     status: Option<StatusLine>,
     traffic: Traffic,
@@ -196,6 +99,9 @@ pub enum RunError {
     /// The log cannot be written.
     #[error("cannot write the log: {0}")]
     Log(#[from] io::Error),
+    /// The adapter has failed.
+    #[error("{0}")]
+    Adapter(#[from] AdapterError),
     /// The simulated program has stopped, for this reason.
     #[error("the firmware {0}")]
     Firmware(String),
@@ -213,7 +119,7 @@ impl Server {
         mut log: Option<Log>,
         status: Option<StatusLine>,
     ) -> (Self, Events) {
-        let (sender, events) = sync_channel(EVENTS_MAX);
+        let (sender, events) = Events::channel();
         let past = Duration::from_micros(bus.now().ticks());
         let start = std::time::Instant::now();
         if let Some(log) = &mut log {
@@ -229,44 +135,66 @@ impl Server {
             controls: BTreeMap::new(),
             units: Vec::new(),
             leaving: Leaving::default(),
+            outside: None,
             log,
             status,
             traffic: Traffic::default(),
         };
-        (server, Events(sender))
+        (server, sender)
+    }
+
+    /// Connects the bus to that of an adapter.
+    pub fn connect(&mut self, mut outside: Outside) {
+        outside.join(&mut self.bus);
+        self.outside = Some(outside);
     }
 
     /// Runs until [`Events::stop`].
     ///
     /// # Errors
-    /// The log cannot be written, or the firmware cannot continue.
+    /// The log cannot be written, the adapter fails, or the firmware cannot continue.
     pub fn run(mut self) -> Result<(), RunError> {
         loop {
             self.advance()?;
-            let event = match self.pause() {
-                Some(pause) => self.events.recv_timeout(pause),
-                None => self.events.recv().map_err(RecvTimeoutError::from),
-            };
-            match event {
-                Ok(event) => {
-                    self.run_bus();
-                    let mut next = Some(event);
-                    let mut burst = 0;
-                    while let Some(event) = next.take() {
-                        if matches!(event, Event::Stop) {
-                            return self.end();
-                        }
-                        self.handle(event)?;
-                        burst += 1;
-                        if burst < BURST {
-                            next = self.events.try_recv().ok();
-                        }
-                    }
+            let mut next = self.wait()?;
+            self.run_bus();
+            if let Some(outside) = &mut self.outside {
+                outside.enter(&mut self.bus);
+            }
+            let mut burst = 0;
+            while let Some(event) = next.take() {
+                if matches!(event, Event::Stop) {
+                    return self.end();
                 }
-                Err(RecvTimeoutError::Timeout) => {}
-                Err(RecvTimeoutError::Disconnected) => return self.end(),
+                self.handle(event)?;
+                burst += 1;
+                if burst < BURST {
+                    next = self.events.try_recv().ok();
+                }
             }
         }
+    }
+
+    /// Waits for an event, for a frame of the adapter, or until the bus must run.
+    fn wait(&mut self) -> Result<Option<Event>, RunError> {
+        let pause = self.pause();
+        if let Some(outside) = &mut self.outside {
+            outside.receive(pause)?;
+            return Ok(match self.events.try_recv() {
+                Ok(event) => Some(event),
+                Err(TryRecvError::Empty) => None,
+                Err(TryRecvError::Disconnected) => Some(Event::Stop),
+            });
+        }
+        let event = match pause {
+            Some(pause) => self.events.recv_timeout(pause),
+            None => self.events.recv().map_err(RecvTimeoutError::from),
+        };
+        Ok(match event {
+            Ok(event) => Some(event),
+            Err(RecvTimeoutError::Timeout) => None,
+            Err(RecvTimeoutError::Disconnected) => Some(Event::Stop),
+        })
     }
 
     /// The time on the bus: that of the computer, or that of a client (`--clock client`).
@@ -292,7 +220,12 @@ impl Server {
             Clock::Computer => {
                 let sessions = self.sessions.values();
                 let late = sessions.flat_map(|one| [one.to_client.next(), one.to_bus.next()]);
-                let next = late.chain([self.bus.next_event()]).flatten().min();
+                let outside = self.outside.iter().flat_map(Outside::late);
+                let next = late
+                    .chain(outside)
+                    .chain([self.bus.next_event()])
+                    .flatten()
+                    .min();
                 next.map(until).map(|at| at.max(minimum))
             }
             Clock::Client => None,
@@ -309,7 +242,8 @@ impl Server {
         let sessions = self.sessions.values().map(|session| session.adapter);
         let controls = self.controls.values().filter_map(|control| control.adapter);
         let mut adapters = sessions.chain(controls);
-        adapters.any(|adapter| self.bus.takes_part(adapter)) || !self.leaving.is_empty()
+        let is_client = adapters.any(|adapter| self.bus.takes_part(adapter));
+        is_client || self.outside.is_some() || !self.leaving.is_empty()
     }
 
     /// Advances the bus to the current time, or by what the computer has simulated in [`PATIENCE`].
@@ -352,6 +286,9 @@ impl Server {
             }
         });
         leaving.remove_done(bus);
+        if let Some(outside) = &mut self.outside {
+            outside.leave(bus, self.sensor)?;
+        }
         for adapter in self.controls.values().filter_map(|one| one.adapter) {
             // The events have the frames of all senders.
             bus.take_received(adapter);
@@ -458,37 +395,19 @@ impl Server {
         }
     }
 
+    /// The faults of the frames from this side, to and from each client and the adapter.
+    fn passages(&mut self, from: Side) -> impl Iterator<Item = &mut Passage> {
+        let sessions = self.sessions.values_mut();
+        let sessions = sessions.map(move |one| one.passage(from));
+        let outside = self.outside.iter_mut();
+        sessions.chain(outside.map(move |one| one.passage(from)))
+    }
+
     fn end(mut self) -> Result<(), RunError> {
         if let Some(status) = &mut self.status {
             status.end();
         }
         Ok(())
-    }
-}
-
-impl Session {
-    /// The faults of the frames from this side.
-    fn passage(&mut self, from: Side) -> &mut Passage {
-        match from {
-            Side::Sensors => &mut self.to_client,
-            Side::Clients => &mut self.to_bus,
-        }
-    }
-
-    /// The frames that reach the client now, with the times of their ends.
-    fn receive(&mut self, bus: &mut Bus) -> Vec<(Instant, Frame)> {
-        let received = bus.take_received(self.adapter).into_iter();
-        let mut frames: Vec<_> = received
-            .filter_map(|(at, frame)| Some((at, self.to_client.pass(at, frame)?)))
-            .collect();
-        frames.extend(self.to_client.arrived(bus.now()));
-        frames.sort_by_key(|(at, _)| *at);
-        frames
-    }
-
-    /// Sends bytes to the client; false when it had to be dropped because it does not read.
-    fn push(&self, bytes: &[u8]) -> bool {
-        self.client.push(bytes)
     }
 }
 

@@ -104,6 +104,11 @@ pub struct Options {
     #[arg(long, value_name = "[ADDRESS:]PORT")]
     pub(super) control: Option<String>,
 
+    /// Take part in the bus of this adapter, in real time: slcan:/dev/ttyACM0, slcan://HOST:PORT, can0 (Linux), usb or usb:SERIAL, pcan or
+    /// pcan:USBBUS1. It is opened with the bit rate of the first sensor or of --bus-rate
+    #[arg(long, value_name = "ADAPTER")]
+    pub(super) on: Option<String>,
+
     /// Where the time comes from
     #[arg(long, value_enum, default_value_t)]
     pub(super) clock: Clock,

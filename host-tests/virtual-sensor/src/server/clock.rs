@@ -13,7 +13,8 @@
 //!
 //! After its frames a client sends `@0`. When the answer has come, another client may advance the time, and the frames are sent.
 
-use super::{ClientId, RunError, Server};
+use super::event::ClientId;
+use super::{RunError, Server};
 use plumbline::time::{Duration, Instant, after};
 
 /// The minimum step: a step for every bit would cost too much computing time.

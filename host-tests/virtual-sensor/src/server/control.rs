@@ -7,7 +7,8 @@ mod unit;
 pub(super) use request::Side;
 pub use unit::Unit;
 
-use super::{Client, ClientId, Server};
+use super::Server;
+use super::event::{Client, ClientId};
 use bench::{AdapterId, Logged, Source};
 use request::Topic;
 use serde_json::{Value, json};

@@ -3,8 +3,8 @@
 //! The terminal stays open after a client closes it; the next client finds it raw and empty. When a client closes it, the sensor
 //! continues to run.
 
+use super::event::{Client, ClientId, Ended, Event, Events, Language};
 use super::outbox::Outbox;
-use super::{Client, ClientId, Ended, Event, Events, Language};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::fs::{Mode, OFlags, open};
 use rustix::io::{Errno, ioctl_fionbio, read, write};

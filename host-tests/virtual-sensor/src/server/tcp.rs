@@ -1,7 +1,7 @@
 //! Clients on TCP: one thread accepts them; each has a thread that reads and one that writes.
 
+use super::event::{Client, ClientId, Ended, Event, Events, Language};
 use super::outbox::Outbox;
-use super::{Client, ClientId, Ended, Event, Events, Language};
 use std::io::{self, Read, Write};
 use std::net::{Shutdown, TcpListener, TcpStream};
 use std::sync::Arc;
@@ -86,7 +86,6 @@ fn write(mut stream: TcpStream, outbox: &Outbox) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::sync::mpsc::sync_channel;
 
     #[test]
     fn answers_do_not_wait_for_acknowledgement_of_tcp() {
@@ -95,8 +94,8 @@ mod tests {
         let _client = TcpStream::connect(address).expect("it listens");
         let (stream, _) = listener.accept().expect("it has connected");
         let same = stream.try_clone().expect("a socket");
-        let (sender, _events) = sync_channel(1);
-        join(stream, &Events(sender), Language::Slcan).expect("threads");
+        let (events, _receiver) = Events::channel();
+        join(stream, &events, Language::Slcan).expect("threads");
         assert_eq!(same.nodelay().ok(), Some(true));
     }
 }

@@ -1,11 +1,13 @@
 //! The pauses of the main loop. They bound its processor time and its delay, on any computer.
 
+use super::event::Client;
 use super::*;
 use bench::{BusRate, Device, Flash, NodeType};
 use plumbline::can::BitRate;
 use plumbline::measure::Reading;
 use plumbline::model::catalog;
 use plumbline::time::{after, millis};
+use std::sync::Arc;
 
 /// A JN2101 that has booted, and repeats its boot-up message until a client acknowledges it.
 fn server(rate: BusRate) -> Server {

@@ -5,6 +5,7 @@ mod command_line;
 mod control;
 mod fault;
 mod image;
+mod on;
 mod opening;
 mod output;
 mod process;

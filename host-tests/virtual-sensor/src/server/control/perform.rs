@@ -253,10 +253,12 @@ impl Server {
             identifier: identifier.map(id_of).transpose()?,
             delay,
         };
-        for session in self.sessions.values_mut() {
-            session.passage(from).add(rule);
+        let mut clients = 0;
+        for passage in self.passages(from) {
+            passage.add(rule);
+            clients += 1;
         }
-        Ok(json!({ "clients": self.sessions.len() }))
+        Ok(json!({ "clients": clients }))
     }
 }
 
