@@ -57,7 +57,7 @@ fn main() {
     println!("cargo:arguments={}", arguments.join(" "));
     // The program contains the code of several products, and is not flashed.
     println!("cargo:rustc-link-arg-bin=panic-free=--defsym=PANIC_FREE=1");
-    if feature("BLUEPILL") {
+    if is_f103 {
         println!("cargo:rustc-link-arg-bin=bootloader=--defsym=BOOTLOADER=1");
     }
 }

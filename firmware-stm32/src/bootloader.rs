@@ -1,10 +1,12 @@
 //! The bootloader: starts the program in its slot, or takes another one over CAN ([`plumbline::update`]).
 //!
 //! ```text
-//!  0800_0000   8 KiB   bootloader, write-protected by its option bytes
-//!  0800_2000  53 KiB   program: vectors, header (byte 512), code
-//!  0800_F400   1 KiB   boot record
-//!  0800_F800   2 KiB   parameters and calibration, which an update does not change
+//!  Blue Pill              Nucleo-F103RB
+//!  0800_0000   8 KiB      0800_0000   8 KiB   bootloader, write-protected by its option bytes
+//!  0800_2000  53 KiB      0800_2000  58 KiB   program: vectors, header (byte 512), code
+//!                         0801_0800  58 KiB   download
+//!  0800_F400   1 KiB      0801_F000   1 KiB   boot record
+//!  0800_F800   2 KiB      0801_F800   2 KiB   parameters and calibration, which an update does not change
 //! ```
 //!
 //! After a reset it compares the CRC of the program, with the clock of the reset, and jumps to it. The program finds all registers as after a
@@ -18,18 +20,17 @@
 mod can;
 pub mod pages;
 
-use crate::board::Basis;
+use crate::board::{Basis, LAYOUT};
 use crate::mailbox;
 use can::{Can, Request};
 use core::arch::asm;
 use cortex_m::peripheral::syst::SystClkSource;
 use cortex_m::peripheral::{SCB, SYST};
-use pages::Pages;
+use pages::{DOWNLOAD, Download, PROGRAM, Running};
 use plumbline::can::{BitRate, CanId};
 use plumbline::node::Leds;
 use plumbline::time::{Duration, Instant, after, millis, reached};
-use plumbline::update::layout::BLUEPILL;
-use plumbline::update::{Device, Program, Record, Update, UpdateServer};
+use plumbline::update::{Device, Program, Record, Update, UpdateServer, install};
 
 /// The identifiers without a boot record: those of node 127.
 const REQUEST: CanId = CanId::standard(0x67F);
@@ -45,32 +46,40 @@ const LISTENING: Duration = millis(150);
 pub unsafe fn run() -> ! {
     let asked = mailbox::take(pages::crc);
     // SAFETY: the caller owns all peripherals.
-    let mut pages = unsafe { Pages::take() };
-    let program = Program::of(&pages);
-    if let (None, Program::Complete(_)) = (&asked, &program) {
+    let (mut running, mut download) = unsafe { (Running::take(), Download::take()) };
+    let mut program = Program::of(&running);
+    let has_download = DOWNLOAD != PROGRAM && !matches!(Program::of(&download), Program::None);
+    if let (None, Program::Complete(_), false) = (&asked, &program, has_download) {
         start();
     }
     // SAFETY: as above. An operation of the flash needs the voltage detector.
-    let board = unsafe { Basis::take() };
-    let program = program.committed(&mut pages);
+    let mut board = unsafe { Basis::take() };
+    if has_download {
+        // If the flash fails, it waits for a client. The next start tries it again.
+        if install(&mut running, &mut download, || board.watchdog.feed()).is_ok() {
+            SCB::sys_reset();
+        }
+        program = Program::None;
+    }
+    let program = program.committed(&mut running);
     if let (None, Program::Complete(_)) = (&asked, &program) {
         // The program starts with the registers of a reset.
         SCB::sys_reset();
     }
     if let Some(record) = &asked {
         // Before the flash of the program changes: afterwards nobody else knows it. If it fails, the mailbox is sufficient for this start.
-        let _ = pages.keep(record);
+        let _ = download.keep(record);
     }
-    let record = asked.or_else(|| pages.newest_record());
-    update(board, pages, program, record)
+    let record = asked.or_else(|| download.newest_record());
+    update(board, download, program, record)
 }
 
 /// Updates the program. Ends by a reset.
-fn update(mut board: Basis, slot: Pages, program: Program, record: Option<Record>) -> ! {
+fn update(mut board: Basis, slot: Download, program: Program, record: Option<Record>) -> ! {
     let device = Device {
         product: record.map(|record| record.product()),
-        board: BLUEPILL.board,
-        layout: BLUEPILL.number,
+        board: LAYOUT.board,
+        layout: LAYOUT.number,
     };
     let (request, reply) =
         record.map_or((REQUEST, REPLY), |known| (known.request(), known.reply()));

@@ -43,7 +43,7 @@ pub mod silicon;
 pub mod app;
 #[cfg(board)]
 pub mod board;
-#[cfg(all(board, feature = "bluepill"))]
+#[cfg(all(board, feature = "stm32f103"))]
 pub mod bootloader;
 #[cfg(board)]
 pub mod can;
@@ -55,7 +55,7 @@ pub mod flash;
 mod kept;
 #[cfg(board)]
 pub mod link;
-#[cfg(all(board, feature = "bluepill"))]
+#[cfg(all(board, feature = "stm32f103"))]
 mod mailbox;
 #[cfg(board)]
 mod mem;

@@ -1,14 +1,14 @@
 //! What a program behind a bootloader knows of it.
 
+use crate::board::LAYOUT;
 use crate::mailbox;
 use plumbline::store::ImageId;
 use plumbline::update::header::{Header, PLACE, SIZE, crc};
-use plumbline::update::layout::BLUEPILL;
 use plumbline::update::{Contact, Record};
 
 /// The CRC-32 of this program; None: a probe has flashed it without its header.
 pub fn crc_of_program() -> Option<u32> {
-    let header = (BLUEPILL.start as usize + PLACE) as *const [u8; SIZE];
+    let header = (LAYOUT.start as usize + PLACE) as *const [u8; SIZE];
     // SAFETY: flash, which is always readable and does not change while this program runs.
     let header = unsafe { header.read_volatile() };
     Header::parse(&header).map(|header| header.body())

@@ -13,6 +13,10 @@ pub struct Layout {
     pub start: u32,
     /// The size of the slot in bytes.
     pub size: usize,
+    /// The address of the second slot, which takes a download while the program stays complete; None: a download replaces the program.
+    pub download: Option<u32>,
+    /// The address of the boot record.
+    pub record: u32,
     /// The address of the public key, in the write-protected flash of the bootloader. A probe programs it.
     pub key: u32,
 }
@@ -24,8 +28,22 @@ pub const BLUEPILL: Layout = Layout {
     number: 1,
     start: 0x0800_2000,
     size: 53 * 1024,
+    download: None,
+    record: 0x0800_F400,
+    key: 0x0800_1FC0,
+};
+
+/// Nucleo-F103RB: two slots of 58 KiB behind 8 KiB for the bootloader.
+pub const NUCLEO_F103RB: Layout = Layout {
+    name: "nucleo-f103rb",
+    board: 2,
+    number: 2,
+    start: 0x0800_2000,
+    size: 58 * 1024,
+    download: Some(0x0801_0800),
+    record: 0x0801_F000,
     key: 0x0800_1FC0,
 };
 
 /// All layouts.
-pub const LAYOUTS: [Layout; 1] = [BLUEPILL];
+pub const LAYOUTS: [Layout; 2] = [BLUEPILL, NUCLEO_F103RB];

@@ -90,7 +90,8 @@ impl Loader {
         self.downgrade = true;
     }
 
-    /// Takes the next bytes of the file. `program` is that in the slot; it becomes [`Program::None`] before the flash is changed.
+    /// Takes the next bytes of the file. `program` is that of the sensor; it becomes [that of another slot](Slot::other) before the flash is
+    /// changed.
     pub fn take<S: Slot>(
         &mut self,
         slot: &mut S,
@@ -188,7 +189,7 @@ impl Loader {
         }
         self.length = header.length();
         self.stage = Stage::Loading;
-        *program = Program::None;
+        *program = slot.other();
         // Without its first half-word, the header is never valid again, also if the power is cut during the erase.
         slot.program(PLACE, &[0, 0])?;
         Ok(slot.erase(0)?)

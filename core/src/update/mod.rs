@@ -3,6 +3,7 @@
 //! - [`about`]: what the ELF file of a program says of it;
 //! - [`failure`]: the reasons why a download ends;
 //! - [`header`]: the image file, and what a program says of itself;
+//! - [`mod@install`]: copies a download from the second slot;
 //! - [`layout`]: the boards with a bootloader;
 //! - [`lms`]: the signature of an image file;
 //! - [`mod@slot`]: the flash of the program, and whether a program can be started;
@@ -50,10 +51,14 @@
 //! A program is complete when the last half-word of its header is 0000h. It is programmed after all other bytes were compared. Each start
 //! also compares the CRC of the whole program. Until then the bootloader remains, and takes the file again. The pages of the bootloader, of
 //! the [record] and of the parameters are outside of the slot.
+//!
+//! A board with [two slots](Layout::download) takes the file into the second one, and the present program stays. The restart of the client, or
+//! the next start, [copies](mod@install) it. A power cut before the commit leaves the old program, a later one the new program.
 
 pub mod about;
 pub mod failure;
 pub mod header;
+pub mod install;
 pub mod layout;
 pub mod lms;
 pub mod loader;
@@ -67,6 +72,7 @@ pub mod slot;
 pub use about::About;
 pub use failure::{Failure, Status};
 pub use header::{Contents, Device, Header};
+pub use install::install;
 pub use layout::Layout;
 pub use lms::PublicKey;
 pub use loader::Loader;

@@ -2,7 +2,7 @@
 
 use super::header::{Contents, Device, Header, PLACE, SIZE, body_parts};
 use super::lms::{PublicKey, Signature, sha256};
-use super::slot::{Slot, SlotError};
+use super::slot::{Program, Slot, SlotError};
 use std::vec::Vec;
 
 pub const DEVICE: Device = Device {
@@ -25,6 +25,8 @@ pub struct Flash {
     pub erases: usize,
     /// The key of signatures.
     pub key: Option<PublicKey>,
+    /// The program in another slot.
+    pub other: Program,
 }
 
 impl Flash {
@@ -35,6 +37,7 @@ impl Flash {
             operations: 0,
             erases: 0,
             key: None,
+            other: Program::None,
         }
     }
 
@@ -59,6 +62,10 @@ impl Slot for Flash {
 
     fn key(&self) -> Option<&PublicKey> {
         self.key.as_ref()
+    }
+
+    fn other(&self) -> Program {
+        self.other
     }
 
     fn bytes(&self) -> &[u8] {

@@ -16,6 +16,11 @@ pub trait Slot {
     /// Whether image files with a signature are taken.
     const SIGNATURES: bool = false;
 
+    /// The program that the sensor still has while a download replaces the contents of this slot: the one in another slot.
+    fn other(&self) -> Program {
+        Program::None
+    }
+
     /// The contents.
     fn bytes(&self) -> &[u8];
 

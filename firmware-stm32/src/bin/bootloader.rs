@@ -1,4 +1,4 @@
-//! The bootloader of the Blue Pill: it starts the program in the flash, or takes another one over CAN.
+//! The bootloader of a board: it starts the program in the flash, or takes another one over CAN.
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
 #[cfg(target_os = "none")]

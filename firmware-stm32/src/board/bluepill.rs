@@ -26,6 +26,7 @@ use super::registers::Register;
 use super::stm32f103::{CORE_CLOCK, Port, pac, set_outputs};
 use crate::imu::mounting::Mounting;
 use plumbline::node::Leds;
+use plumbline::update::layout::{self, Layout};
 
 /// The SPI of the accelerometer, its address, and the clock of its bus in Hz.
 pub(super) type Spi = pac::SPI1;
@@ -48,6 +49,9 @@ pub(super) const PARAMETERS: usize = 0x0800_F800;
 
 /// The channel of the converter at the divider of the supply.
 pub(super) const SUPPLY_CHANNEL: u32 = 0;
+
+/// The memory with a bootloader.
+pub const LAYOUT: Layout = layout::BLUEPILL;
 
 /// The mounting of the accelerometer.
 pub const MOUNTING: Mounting = Mounting::ALIGNED;

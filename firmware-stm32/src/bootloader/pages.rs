@@ -1,24 +1,38 @@
-//! The pages of the flash: the slot of the program and the boot record.
+//! The pages of the flash: the slots of programs and the boot record.
 
-use crate::board::{Flash, pac};
+use crate::board::{Flash, LAYOUT, pac};
 use crate::flash::Sectors;
 #[cfg(feature = "signature")]
 use plumbline::update::PublicKey;
-use plumbline::update::layout::BLUEPILL;
 use plumbline::update::record;
-use plumbline::update::{Record, Slot, SlotError};
+use plumbline::update::{Program, Record, Slot, SlotError};
 
 /// The address of the program.
-pub const PROGRAM: usize = BLUEPILL.start as usize;
-/// The pages of a program. The page of the boot record follows them.
-const COUNT: usize = BLUEPILL.size / PAGE;
+pub const PROGRAM: usize = LAYOUT.start as usize;
+/// The address of the slot that takes a download: the second one, if there are two.
+pub const DOWNLOAD: usize = match LAYOUT.download {
+    Some(download) => download as usize,
+    None => PROGRAM,
+};
 /// The size of a page in bytes.
 const PAGE: usize = 1024;
+/// The number of pages up to that of the boot record.
+const COUNT: usize = (LAYOUT.record as usize - PROGRAM) / PAGE + 1;
 
-/// The pages of the program and of the boot record.
-pub struct Pages(Flash<PROGRAM, { COUNT + 1 }>);
+/// The pages of the slot at `START`, and that of the boot record.
+pub struct Pages<const START: usize>(Flash<PROGRAM, COUNT>);
 
-impl Pages {
+/// The slot from which the program runs.
+pub type Running = Pages<PROGRAM>;
+/// The slot that takes a download.
+pub type Download = Pages<DOWNLOAD>;
+
+impl<const START: usize> Pages<START> {
+    /// The number of the first page, from that of the program on.
+    const FIRST: usize = (START - PROGRAM) / PAGE;
+    /// The number of the page of the boot record, from the first page on.
+    const RECORD: usize = (LAYOUT.record as usize - START) / PAGE;
+
     /// # Safety
     /// No other operation of the flash runs at the same time.
     pub unsafe fn take() -> Self {
@@ -29,7 +43,7 @@ impl Pages {
     /// The contents of the page of the boot record.
     fn record_page(&self) -> &[u8; PAGE] {
         // SAFETY: flash, which is always readable, and does not change while this is borrowed.
-        unsafe { &*((PROGRAM + COUNT * PAGE) as *const [u8; PAGE]) }
+        unsafe { &*(LAYOUT.record as *const [u8; PAGE]) }
     }
 
     /// The newest boot record.
@@ -45,37 +59,46 @@ impl Pages {
         let place = match record::next_place(self.record_page()) {
             Some(place) => place,
             None => {
-                self.erase(COUNT)?;
+                self.erase(Self::RECORD)?;
                 0
             }
         };
-        self.program(COUNT * PAGE + place, record.bytes())
+        self.program(Self::RECORD * PAGE + place, record.bytes())
     }
 }
 
-impl Slot for Pages {
+impl<const START: usize> Slot for Pages<START> {
     const PAGE: usize = PAGE;
-    const SIZE: usize = PAGE * COUNT;
+    const SIZE: usize = LAYOUT.size;
     #[cfg(feature = "signature")]
     const SIGNATURES: bool = true;
 
     #[cfg(feature = "signature")]
     fn key(&self) -> Option<&PublicKey> {
         // SAFETY: flash, which is always readable and does not change while this program runs. All values are valid.
-        let key = unsafe { &*(BLUEPILL.key as *const PublicKey) };
+        let key = unsafe { &*(LAYOUT.key as *const PublicKey) };
         (!key.is_erased()).then_some(key)
+    }
+
+    fn other(&self) -> Program {
+        match START {
+            PROGRAM => Program::None,
+            // SAFETY: it only reads.
+            _ => Program::of(&unsafe { Running::take() }),
+        }
     }
 
     fn bytes(&self) -> &[u8] {
         // SAFETY: flash, which is always readable, and does not change while this is borrowed.
-        unsafe { &*(PROGRAM as *const [u8; Self::SIZE]) }
+        unsafe { &*(START as *const [u8; LAYOUT.size]) }
     }
 
     fn erase(&mut self, page: usize) -> Result<(), SlotError> {
-        self.0.erase(page).map_err(|_| SlotError)
+        self.0.erase(Self::FIRST + page).map_err(|_| SlotError)
     }
 
     fn program(&mut self, place: usize, bytes: &[u8]) -> Result<(), SlotError> {
+        let place = Self::FIRST * PAGE + place;
         self.0.program(place, bytes).map_err(|_| SlotError)
     }
 

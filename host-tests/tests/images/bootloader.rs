@@ -1,8 +1,9 @@
-//! The bootloader of the Blue Pill: it takes a program over CAN and starts it, whenever the power is cut.
+//! The bootloader: it takes a program over CAN and starts it, whenever the power is cut.
 
 mod client;
 mod entering;
 mod signature;
+mod two_slots;
 
 use crate::rig::{Rig, SERIAL, blank, board, chip, data, node_type, silicon, tilt};
 use bench::Flash;
@@ -13,12 +14,13 @@ use plumbline::canopen::sdo::TIME_OUT;
 use plumbline::model::catalog;
 use plumbline::store::ImageId;
 use plumbline::update::header::{PLACE, SIZE, crc};
-use plumbline::update::layout::BLUEPILL;
-use plumbline::update::{Contact, Contents, Header, Record};
+use plumbline::update::layout::LAYOUTS;
+use plumbline::update::{Contact, Contents, Header, Layout, Record};
 use std::collections::BTreeMap;
 use std::rc::Rc;
 use std::sync::OnceLock;
 use stm32_sim::Microcontroller;
+use stm32_sim::board::Board;
 use stm32_sim::elf::Image;
 use stm32_sim::firmware::{BuildError, build, build_behind_bootloader, build_with_signatures};
 use stm32_sim::flash::Times;
@@ -30,18 +32,31 @@ const VERSION: u32 = 0x0001_0000;
 /// The name of the image of the bootloader that checks signatures.
 const SIGNED: &str = "bootloader with signatures";
 
+/// The memory of the board of this test.
+fn layout() -> &'static Layout {
+    let name = board().facts().name;
+    let layout = LAYOUTS.iter().find(|layout| layout.name == name);
+    layout.expect("a board with a bootloader")
+}
+
 /// The images of the bootloader and of some programs behind it.
 fn image(name: &str) -> Image {
-    static FILES: OnceLock<BTreeMap<String, Vec<u8>>> = OnceLock::new();
-    let files = FILES.get_or_init(|| {
+    static FILES: [OnceLock<BTreeMap<String, Vec<u8>>>; Board::ALL.len()] =
+        [const { OnceLock::new() }; Board::ALL.len()];
+    let place = Board::ALL.iter().position(|one| *one == board());
+    let files = FILES[place.expect("all boards")].get_or_init(|| {
         let files = || -> Result<_, BuildError> {
             let mut built = build(board(), &["bootloader"])?;
-            built.extend(build_behind_bootloader(
-                board(),
-                &["is2", "jn2101", "tiltix080"],
-            )?);
-            let signed = build_with_signatures(board(), &["bootloader"])?;
-            built.extend(signed.into_values().map(|it| (SIGNED.to_owned(), it)));
+            if board() == Board::BluePill {
+                built.extend(build_behind_bootloader(
+                    board(),
+                    &["is2", "jn2101", "tiltix080"],
+                )?);
+                let signed = build_with_signatures(board(), &["bootloader"])?;
+                built.extend(signed.into_values().map(|it| (SIGNED.to_owned(), it)));
+            } else {
+                built.extend(build_behind_bootloader(board(), &["jn2101"])?);
+            }
             Ok(built)
         };
         let built = files().unwrap_or_else(|error| panic!("{error}"));
@@ -69,8 +84,8 @@ fn file(name: &str, version: u32) -> Vec<u8> {
 fn seal(product: u16, version: u32, body: &[u8]) -> Vec<u8> {
     let contents = Contents {
         product,
-        board: BLUEPILL.board,
-        layout: BLUEPILL.number,
+        board: layout().board,
+        layout: layout().number,
         key: 0,
         version,
         hash: [0; 32],
@@ -79,13 +94,18 @@ fn seal(product: u16, version: u32, body: &[u8]) -> Vec<u8> {
     [header.bytes(), body].concat()
 }
 
+/// The place of the page of the boot record.
+fn record_place() -> usize {
+    (layout().record - layout().start) as usize
+}
+
 /// What is in the slot after the update with a file.
 fn slot(file: &[u8]) -> Vec<u8> {
     let (header, body) = file.split_at(SIZE);
     let mut slot = body.to_vec();
     let header = header.first_chunk().and_then(Header::parse);
     header.expect("a header").commit(&mut slot);
-    slot.resize(54 * 1024, 0xFF);
+    slot.resize(board().facts().slot.len(), 0xFF);
     slot
 }
 
@@ -145,9 +165,9 @@ fn known(rate: BitRate) -> Contact {
 
 /// Pages without a program, with a boot record.
 fn record_only(rate: BitRate) -> Vec<u8> {
-    let mut slot = vec![0xFF; 54 * 1024];
+    let mut slot = vec![0xFF; board().facts().slot.len()];
     let record = Record::new(jn2101(), &known(rate), crc);
-    slot[53 * 1024..][..record.bytes().len()].copy_from_slice(record.bytes());
+    slot[record_place()..][..record.bytes().len()].copy_from_slice(record.bytes());
     slot
 }
 
@@ -294,7 +314,7 @@ fn power_cut_in_any_operation_leaves_the_bootloader_or_the_new_program() {
     let (old, new) = (loop_file(3072, 0, 1), loop_file(3072, 0x5A, 2));
     let rate = BitRate::M1;
     let mut old_slot = slot(&old);
-    let record_page = 53 * 1024..;
+    let record_page = record_place()..;
     old_slot[record_page.clone()].copy_from_slice(&record_only(rate)[record_page]);
     // A program with a wrong bit is not started.
     old_slot[2000] ^= 1;

@@ -15,7 +15,8 @@ pub const FACTS: Facts = Facts {
     program: &[0x0800_0000..0x0801_F800],
     // The last two pages.
     parameters: 0x0801_F800..0x0802_0000,
-    slot: 0..0,
+    // The pages of the program, of a download and of the boot record behind a bootloader.
+    slot: 0x0800_2000..0x0801_F400,
     has_external_clock: true,
     spi: Spi::Spi2,
     supply_channel: 10,

@@ -11,8 +11,8 @@ fn sign(file: &[u8]) -> (Vec<u8>, PublicKey) {
     let header = header.first_chunk().and_then(Header::parse);
     let contents = Contents {
         product: jn2101().number(),
-        board: BLUEPILL.board,
-        layout: BLUEPILL.number,
+        board: layout().board,
+        layout: layout().number,
         key: 0x0101,
         version: header.expect("a header").version(),
         hash: sha256(&body_parts(body)),
