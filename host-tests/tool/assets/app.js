@@ -18,6 +18,7 @@ import { sentence } from "./failure.js";
 import { attempt, element, emit, fail, isAnswering, on } from "./state.js";
 import { currentLanguage, onLanguage, setLanguage, translate } from "./texts.js";
 import { missed } from "./trace.js";
+import * as transmit from "./transmit.js";
 
 const THEME = "plumbline-theme";
 
@@ -69,7 +70,7 @@ theme.value = localStorage.getItem(THEME) ?? "auto";
 document.documentElement.dataset.theme = theme.value;
 theme.addEventListener("change", () => setTheme(theme.value));
 
-for (const part of [angles, attitude, chart, actions, file, parameters, frames, calibrate, identity, log, focus, owner]) part.start();
+for (const part of [angles, attitude, chart, actions, file, parameters, frames, transmit, calibrate, identity, log, focus, owner]) part.start();
 attempt(connection.start);
 /** @type {Failure | null} */
 let lost = null;

@@ -2,8 +2,9 @@
 
 import { Failure } from "./api.js";
 
-/** The longest file in bytes. */
+/** The longest file in bytes, and the longest log. */
 const LONGEST = 1 << 20;
+export const LONGEST_LOG = 16 << 20;
 
 /** The encoding: UTF-16 has a byte order mark, or a letter of ASCII at its beginning. @param {Uint8Array} bytes */
 function encoding([first, second]) {
@@ -15,10 +16,10 @@ function encoding([first, second]) {
 
 /**
  * The text of a file in UTF-8 or UTF-16, without byte order marks. A data sheet can be in Latin-1 too.
- * @param {Blob} chosen @param {{isDataSheet: boolean}} kind
+ * @param {Blob} chosen @param {{isDataSheet: boolean, longest?: number}} kind
  */
-export async function textOf(chosen, { isDataSheet }) {
-  if (chosen.size > LONGEST) throw new Failure("file-too-long");
+export async function textOf(chosen, { isDataSheet, longest = LONGEST }) {
+  if (chosen.size > longest) throw new Failure(longest === LONGEST ? "file-too-long" : "log-too-long");
   const bytes = new Uint8Array(await chosen.arrayBuffer());
   try {
     return new TextDecoder(encoding(bytes), { fatal: true }).decode(bytes).replaceAll("\uFEFF", "");

@@ -51,7 +51,11 @@ pub struct Replay {
     pub seconds: Option<f64>,
 }
 
-fn speed(text: &str) -> Result<f64, String> {
+/// The factor of a speed.
+///
+/// # Errors
+/// It is not permitted.
+pub fn speed(text: &str) -> Result<f64, String> {
     let speed = text.parse().ok();
     let speed = speed.filter(|speed| (0.01..=100.0).contains(speed));
     speed.ok_or_else(|| "it is 0.01 to 100".to_owned())

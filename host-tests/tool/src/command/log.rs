@@ -7,10 +7,10 @@ use crate::connect;
 use crate::decode::database::Database;
 use crate::decode::filter::Filter;
 use crate::decode::list::List;
-use crate::decode::log::{INTERFACE, Line};
+use crate::decode::log::{INPUT, INTERFACE, Line, each};
 use crate::decode::{Bus, Decoded};
 use crate::eds;
-use crate::error::{Error, FileError, RequestError, Silence};
+use crate::error::{Error, RequestError, Silence};
 use crate::identify;
 use crate::link::Link;
 use crate::master::canopen;
@@ -23,7 +23,7 @@ use plumbline::can::{BitRate, Frame};
 use plumbline::time::{Duration, after, millis};
 use serde_json::{Map, Value, json};
 use std::fs::File;
-use std::io::{self, BufRead, BufReader, BufWriter, IsTerminal, Write, stdin};
+use std::io::{self, BufWriter, IsTerminal, Write};
 use std::path::Path;
 use std::time::{self, SystemTime, UNIX_EPOCH};
 
@@ -35,12 +35,6 @@ const RENEWAL: Duration = millis(500);
 
 /// The control sequence that clears a terminal.
 const CLEAR: &str = "\x1B[H\x1B[2J";
-
-/// The path that stands for standard input.
-const INPUT: &str = "-";
-
-/// The longest line of a log, in bytes.
-const LONGEST: u64 = 4096;
 
 /// What is shown of the frames.
 pub(super) struct View {
@@ -133,44 +127,6 @@ fn document(line: &Line, decoded: Option<&Decoded>) -> Value {
     document.insert("frame".to_owned(), format!("{:?}", line.frame).into());
     document.extend(decoded.map(Decoded::json).unwrap_or_default());
     document.into()
-}
-
-/// Hands each frame of a log to `take`. Returns the number of lines without a frame.
-///
-/// # Errors
-/// The file cannot be read or has no frame, or `take` fails.
-pub(super) fn each(
-    path: &Path,
-    terminal: &mut Terminal,
-    take: &mut dyn FnMut(&mut Terminal, Line) -> Result<(), Error>,
-) -> Result<u64, Error> {
-    let name = || path.display().to_string();
-    let unread = |error: io::Error| FileError::LogUnread(name(), error.to_string());
-    let mut input: Box<dyn BufRead> = match path == Path::new(INPUT) {
-        true => Box::new(stdin().lock()),
-        false => Box::new(BufReader::new(File::open(path).map_err(unread)?)),
-    };
-    let (mut frames, mut others) = (0, 0);
-    let mut bytes = Vec::new();
-    while !(terminal.stopped)() {
-        bytes.clear();
-        let length = io::Read::take(&mut input, LONGEST).read_until(b'\n', &mut bytes);
-        if length.map_err(unread)? == 0 {
-            break;
-        }
-        match Line::parse(&String::from_utf8_lossy(&bytes)) {
-            Some(line) => {
-                frames += 1;
-                take(terminal, line)?;
-            }
-            None if bytes.trim_ascii().is_empty() => {}
-            None => others += 1,
-        }
-    }
-    match frames {
-        0 => Err(FileError::NoLog(name()).into()),
-        _ => Ok(others),
-    }
 }
 
 /// Says what the frames of a log are.

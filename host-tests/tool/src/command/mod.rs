@@ -311,7 +311,7 @@ fn on_bus(cli: &Cli, bus: &mut Bus, terminal: &mut Terminal) -> Result<(), Error
             let seconds = watch::checked(replay.seconds)?;
             let round = replay::read(options, replay, terminal)?;
             let sender = Sender::open(bus.adapter()?, options.rate, seconds, terminal)?;
-            replay::replay(sender, replay, &round, terminal)
+            replay::replay(sender, replay, round, terminal)
         }
         Command::Send(sending) => {
             let items = send::items(sending)?;

@@ -4,9 +4,9 @@ use super::log::rate_of;
 use crate::error::Error;
 use crate::link::Link;
 use crate::note::{At, Note};
+use crate::ops::transmit::{Frames, carried};
 use crate::output::Terminal;
 use adapter::{Adapter, Mode};
-use can_wire::frame_length::{INTERMISSION, frame_bits};
 use plumbline::can::{BitRate, Frame};
 use plumbline::time::{Duration, Instant, after, millis};
 use serde_json::json;
@@ -52,11 +52,25 @@ impl Sender {
         self.link.now()
     }
 
+    /// Sends all frames at their times, until the user or the time ends it.
+    ///
+    /// # Errors
+    /// The adapter fails.
+    pub(super) fn send_all(&mut self, frames: &mut dyn Frames) -> Result<(), Error> {
+        while let Some((at, frame)) = frames.next() {
+            if !self.send(at, &frame)? {
+                break;
+            }
+            frames.sent(self.now());
+        }
+        Ok(())
+    }
+
     /// Sends a frame at this time, or as soon as the bus is free. False: the command ends before.
     ///
     /// # Errors
     /// The adapter fails.
-    pub(super) fn send(&mut self, at: Instant, frame: &Frame) -> Result<bool, Error> {
+    fn send(&mut self, at: Instant, frame: &Frame) -> Result<bool, Error> {
         let at = at.max(self.free);
         loop {
             if self.link.is_stopped() || self.end.is_some_and(|end| self.link.now() >= end) {
@@ -73,11 +87,7 @@ impl Sender {
         }
         self.link.send(frame)?;
         self.count += 1;
-        if let Some(rate) = self.link.rate() {
-            let bits = u64::from(frame_bits(frame) + INTERMISSION);
-            let time = bits * 1_000_000 / u64::from(rate.bits_per_second());
-            self.free = after(self.link.now().max(at), Duration::from_ticks(time));
-        }
+        self.free = carried(frame, self.link.rate(), self.link.now().max(at));
         Ok(true)
     }
 

@@ -1,9 +1,20 @@
 //! The lines of a log, as `candump -L` and the tool write them.
 
+use crate::error::{Error, FileError};
+use crate::output::Terminal;
 use can_wire::text::parse;
 use plumbline::can::Frame;
 use serde_json::Value;
 use std::fmt::{self, Display, Formatter};
+use std::fs::File;
+use std::io::{self, BufRead, BufReader, stdin};
+use std::path::Path;
+
+/// The path that stands for standard input.
+pub const INPUT: &str = "-";
+
+/// The longest line of a log, in bytes.
+const LONGEST: u64 = 4096;
 
 /// The name of the interface in the logs of the tool.
 pub const INTERFACE: &str = "can0";
@@ -65,5 +76,58 @@ impl Line {
 impl Display for Line {
     fn fmt(&self, f: &mut Formatter) -> fmt::Result {
         write!(f, "({}) {} {:?}", self.time, self.interface, self.frame)
+    }
+}
+
+/// What is done with a frame.
+type Take<'a> = &'a mut dyn FnMut(&mut Terminal, Line) -> Result<(), Error>;
+
+/// Hands each frame of a log to `take`. Returns the number of lines without a frame.
+///
+/// # Errors
+/// The file cannot be read or has no frame, or `take` fails.
+pub fn each(path: &Path, terminal: &mut Terminal, take: Take) -> Result<u64, Error> {
+    let name = path.display().to_string();
+    if path == Path::new(INPUT) {
+        return each_of(&mut stdin().lock(), &name, terminal, take);
+    }
+    let file = File::open(path).map_err(|error| unread(&name, &error))?;
+    each_of(&mut BufReader::new(file), &name, terminal, take)
+}
+
+fn unread(name: &str, error: &io::Error) -> FileError {
+    FileError::LogUnread(name.to_owned(), error.to_string())
+}
+
+/// The same with the lines of a log with this name.
+///
+/// # Errors
+/// They cannot be read or have no frame, or `take` fails.
+pub fn each_of(
+    input: &mut dyn BufRead,
+    name: &str,
+    terminal: &mut Terminal,
+    take: Take,
+) -> Result<u64, Error> {
+    let (mut frames, mut others) = (0, 0);
+    let mut bytes = Vec::new();
+    while !(terminal.stopped)() {
+        bytes.clear();
+        let length = io::Read::take(&mut *input, LONGEST).read_until(b'\n', &mut bytes);
+        if length.map_err(|error| unread(name, &error))? == 0 {
+            break;
+        }
+        match Line::parse(&String::from_utf8_lossy(&bytes)) {
+            Some(line) => {
+                frames += 1;
+                take(terminal, line)?;
+            }
+            None if bytes.trim_ascii().is_empty() => {}
+            None => others += 1,
+        }
+    }
+    match frames {
+        0 => Err(FileError::NoLog(name.to_owned()).into()),
+        _ => Ok(others),
     }
 }

@@ -29,6 +29,15 @@ errors! {
         SheetGone: Usage "unknown-product" = "the server does not have this data sheet any more: choose its file again",
             "der Server hat dieses Datenblatt nicht mehr: Wählen Sie die Datei noch einmal";
         NotConnected: Usage "not-connected" = "there is no sensor: connect to one first", "kein Sensor: Verbinden Sie sich zuerst mit einem";
+        SendsNothing: Usage "not-connected" = "nothing can be sent: connect in the mode active, or in the mode frames only",
+            "es kann nichts gesendet werden: Verbinden Sie sich in der Betriebsart aktiv oder nur Frames";
+        NoFrame: Usage "bad-value" = "this is no frame: write identifier#data with up to 3 hexadecimal digits or 8, and up to 8 bytes, for example 181#0102",
+            "das ist kein Frame: Schreiben Sie Identifier#Daten mit bis zu 3 hexadezimalen Ziffern oder 8 und bis zu 8 Bytes, zum Beispiel 181#0102";
+        Period(most: u32): Usage "out-of-range" = "the period is 1 to {most} ms", "die Periode ist 1 bis {most} ms";
+        Speed: Usage "out-of-range" = "the speed is 0.01 to 100", "die Geschwindigkeit ist 0,01 bis 100";
+        NoLine(number: u64): Usage "no-line" = "line {number} is no longer in the transmit list", "Zeile {number} ist nicht mehr in der Sendeliste";
+        TooManyLines(most: usize): Usage "too-many-lines" = "the transmit list has at most {most} lines: remove some first",
+            "die Sendeliste hat höchstens {most} Zeilen: Entfernen Sie zuerst einige";
         AlreadyShown(address: String): Usage "already-shown" = "the chart shows the sensor at {address} already: choose another one",
             "das Diagramm zeigt den Sensor auf {address} schon: Wählen Sie einen anderen";
         TooManySensors(most: usize): Usage "too-many-sensors" = "the chart shows {most} sensors already: remove one first",
@@ -50,7 +59,7 @@ texts! {
         Secret = "the secret is missing or old: open the address that `plumbline serve` has printed",
             "das Geheimnis fehlt oder ist alt: Öffnen Sie die Adresse, die `plumbline serve` ausgegeben hat";
         ContentType = "a request has the content type application/json", "eine Anfrage hat den Content-Type application/json";
-        TooLong = "the request is too long: a file of settings has at most 1 MiB",
-            "die Anfrage ist zu lang: Eine Datei mit Einstellungen hat höchstens 1 MiB";
+        TooLong = "the request is too long: a log has at most 16 MiB, another file 1 MiB",
+            "die Anfrage ist zu lang: Ein Protokoll hat höchstens 16 MiB, eine andere Datei 1 MiB";
     }
 }

@@ -85,9 +85,11 @@ errors! {
             "{text:?} ist keine Zuweisung: Schreiben Sie NAME=WERT, zum Beispiel cyclic-time=250ms";
         GivenTwice(name: String): Usage "given-twice" = "{name} is given twice: give it once", "{name} ist zweimal angegeben: Geben Sie es einmal an";
         NoFrame(path: String): Usage "bad-value" = "no frame of {path} passes --filter, --interface and the address: nothing was sent",
-            "kein Frame von {path} passt zu --filter, --interface und der Adresse: Nichts wurde gesendet";
+            "kein Frame von {path} ist von dieser Schnittstelle: Nichts wurde gesendet",
+            "no frame of {path} is of this interface: nothing was sent";
         Interfaces(path: String, names: String): Usage "bad-value" = "{path} has frames of the interfaces {names}, which were several buses: give one of them with --interface; nothing was sent",
-            "{path} hat Frames der Schnittstellen {names}, also von mehreren Bussen: Wählen Sie eine mit --interface; nichts wurde gesendet";
+            "{path} hat Frames der Schnittstellen {names}, also von mehreren Bussen: Wählen Sie eine im Feld Schnittstelle; nichts wurde gesendet",
+            "{path} has frames of the interfaces {names}, which were several buses: write one of them into the field Interface; nothing was sent";
         Seconds: Usage "bad-value" = "--seconds is a time of 0 to 1000000000 s", "--seconds ist eine Zeit von 0 bis 1000000000 s";
         NotReadable(name: String): Usage "bad-value" = "{name} is not a readable number", "{name} ist keine lesbare Zahl";
         NoAngles: Usage "no-angles" = "the data sheet does not say which values are angles: give names, `plumbline parameters` lists them",

@@ -12,11 +12,13 @@ pub(crate) mod label;
 pub(crate) mod rate;
 pub(crate) mod raw;
 pub mod replace;
+pub(crate) mod replay;
 pub mod report;
 pub mod request;
 mod rest;
 pub(crate) mod restore;
 pub(crate) mod set;
+pub(crate) mod transmit;
 pub(crate) mod update;
 
 use crate::error::Error;

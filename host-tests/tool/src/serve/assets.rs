@@ -47,6 +47,7 @@ pub const ASSETS: &[Asset] = &[
     asset!(JS, "state.js"),
     asset!(JS, "texts.js"),
     asset!(JS, "trace.js"),
+    asset!(JS, "transmit.js"),
     asset!(JS, "texts-de.js"),
     asset!(JS, "texts-en.js"),
     asset!("image/svg+xml", "icon.svg"),

@@ -56,6 +56,8 @@ pub enum Kind {
     Condition,
     /// The newest frame of each identifier.
     Frames,
+    /// The transmit list, and the log that is sent.
+    Transmission,
     /// What the last scan has found.
     Found,
     /// The data sheets that the user has opened.
@@ -83,6 +85,7 @@ impl Kind {
             Self::OtherSamples => "other-samples",
             Self::Condition => "condition",
             Self::Frames => "frames",
+            Self::Transmission => "transmission",
             Self::Found => "found",
             Self::Sheets => "sheets",
             Self::Calibration => "calibration",

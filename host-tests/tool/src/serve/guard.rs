@@ -9,7 +9,7 @@
 //! | `X-Plumbline-Token` has the secret (only `/api/`) | other pages, other users of the computer |
 //! | POST has `application/json`, and is not too long (only `/api/`) | forms of other pages |
 
-use super::api::{App, LONGEST, Refusal};
+use super::api::{App, Refusal, longest};
 use crate::error::{Forbidden, PageError};
 use axum::extract::{Request, State};
 use axum::http::header::{self, HeaderName, HeaderValue};
@@ -44,9 +44,12 @@ const HEADERS: [(HeaderName, &str); 7] = [
 
 /// Checks a request, and gives its answer the headers.
 pub async fn check(State(app): State<Arc<App>>, request: Request, next: Next) -> Response {
-    let path = request.uri().path();
-    let is_api = path == "/api" || path.starts_with("/api/");
-    let judged = judge(&app, request.method(), request.headers(), is_api);
+    let judged = judge(
+        &app,
+        request.method(),
+        request.headers(),
+        request.uri().path(),
+    );
     let mut response = match judged {
         Ok(()) => next.run(request).await,
         Err((status, why)) => Refusal {
@@ -64,7 +67,8 @@ pub async fn check(State(app): State<Arc<App>>, request: Request, next: Next) ->
 
 type Judged = Result<(), (StatusCode, Forbidden)>;
 
-fn judge(app: &App, method: &Method, headers: &HeaderMap, is_api: bool) -> Judged {
+fn judge(app: &App, method: &Method, headers: &HeaderMap, path: &str) -> Judged {
+    let is_api = path == "/api" || path.starts_with("/api/");
     // Several headers of one name are no header of ours.
     let text = |name: &str| -> Result<Option<String>, (StatusCode, Forbidden)> {
         let mut values = headers.get_all(name).iter();
@@ -105,7 +109,7 @@ fn judge(app: &App, method: &Method, headers: &HeaderMap, is_api: bool) -> Judge
             return Err((StatusCode::UNSUPPORTED_MEDIA_TYPE, Forbidden::ContentType));
         }
         let length = text("content-length")?.and_then(|length| length.parse::<usize>().ok());
-        if length.is_some_and(|length| length > LONGEST) {
+        if length.is_some_and(|length| length > longest(path)) {
             return Err((StatusCode::PAYLOAD_TOO_LARGE, Forbidden::TooLong));
         }
     }

@@ -2,6 +2,7 @@
 
 use super::line::{self, Words};
 use super::sheets::{Kept, Sheets};
+use super::transmission::Transmit;
 use crate::cli::Options;
 use crate::connect::Wanted;
 use crate::error::{Error, PageError};
@@ -37,6 +38,8 @@ pub struct Start {
 pub enum Part {
     /// Receive frames, and send nothing.
     Listen,
+    /// Receive frames, and send only those of the transmit list or of a log.
+    Frames,
     /// Send requests to a sensor.
     Active,
 }
@@ -212,6 +215,8 @@ pub enum Task {
     Run(Request),
     /// Add or remove a sensor of the chart.
     Chart(Chart),
+    /// Change what is sent beside the requests.
+    Transmit(Transmit),
     /// Read all settings into a file.
     Backup,
     /// Write the settings of a file that differ.

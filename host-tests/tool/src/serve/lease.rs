@@ -1,6 +1,8 @@
-//! One adapter that samples and commands share, one after the other. It stays open between them.
+//! One adapter that samples and commands share, one after the other. It stays open between them. While they wait for frames, it sends those
+//! of the transmit list.
 
 use super::tap::Tap;
+use super::transmission::Transmission;
 use adapter::unread::Unread;
 use adapter::{Adapter, AdapterError, Capabilities, Mode};
 use plumbline::can::{BitRate, Frame};
@@ -19,6 +21,34 @@ pub struct Shared {
     kept: Option<Opened>,
     /// The copy of the received and sent frames.
     pub tap: Tap,
+    /// What is sent while somebody waits for a frame.
+    transmission: Rc<RefCell<Transmission>>,
+}
+
+impl Shared {
+    /// What was sent before is not sent on a bus that was closed, or at another bit rate.
+    fn stop(&mut self) {
+        self.opened = None;
+        self.transmission.borrow_mut().stop();
+    }
+
+    fn send(&mut self, frame: &Frame) -> Result<(), AdapterError> {
+        self.adapter.send(frame)?;
+        let now = self.adapter.now();
+        self.tap.sent(now, frame);
+        Ok(())
+    }
+
+    /// Sends the frame that is due. Returns when the next one is.
+    fn transmit(&mut self) -> Result<Option<Instant>, AdapterError> {
+        let rate = self.opened.and_then(|(rate, _)| rate);
+        let (now, rate) = (self.adapter.now(), rate.or(self.adapter.rate()));
+        let frame = self.transmission.borrow_mut().take(now, rate);
+        if let Some(frame) = frame {
+            self.send(&frame)?;
+        }
+        Ok(self.transmission.borrow().due())
+    }
 }
 
 /// A handle of the adapter.
@@ -26,13 +56,14 @@ pub struct Shared {
 pub struct Lease(Rc<RefCell<Shared>>);
 
 impl Lease {
-    /// A handle of a new adapter.
-    pub fn new(adapter: Box<dyn Adapter>) -> Self {
+    /// A handle of a new adapter, which sends this beside what it is asked for.
+    pub fn new(adapter: Box<dyn Adapter>, transmission: Rc<RefCell<Transmission>>) -> Self {
         Self(Rc::new(RefCell::new(Shared {
             adapter,
             opened: None,
             kept: None,
             tap: Tap::default(),
+            transmission,
         })))
     }
 
@@ -51,7 +82,8 @@ impl Lease {
     /// Closes the adapter, independent of its use.
     pub fn end(&self) {
         let mut shared = self.0.borrow_mut();
-        (shared.kept, shared.opened) = (None, None);
+        shared.kept = None;
+        shared.stop();
         shared.adapter.close();
     }
 
@@ -75,7 +107,7 @@ impl Adapter for Lease {
         if shared.opened.is_some_and(is_same) {
             return Ok(());
         }
-        shared.opened = None;
+        shared.stop();
         shared.adapter.open(rate, mode)?;
         shared.opened = Some((rate, mode));
         Ok(())
@@ -86,25 +118,29 @@ impl Adapter for Lease {
         if shared.opened.is_some() && shared.opened == shared.kept {
             return;
         }
-        shared.opened = None;
+        shared.stop();
         shared.adapter.close();
     }
 
     fn send(&mut self, frame: &Frame) -> Result<(), AdapterError> {
-        let mut shared = self.0.borrow_mut();
-        shared.adapter.send(frame)?;
-        let now = shared.adapter.now();
-        shared.tap.sent(now, frame);
-        Ok(())
+        self.0.borrow_mut().send(frame)
     }
 
     fn receive(&mut self, until: Instant) -> Result<Option<(Instant, Frame)>, AdapterError> {
         let mut shared = self.0.borrow_mut();
-        let received = shared.adapter.receive(until)?;
-        if let Some((at, frame)) = &received {
-            shared.tap.received(*at, frame);
+        loop {
+            let due = shared.transmit()?;
+            let slice = due.map_or(until, |due| due.min(until));
+            let received = shared.adapter.receive(slice)?;
+            if let Some((at, frame)) = &received {
+                shared.tap.received(*at, frame);
+            }
+            // An adapter can return before its time.
+            let now = shared.adapter.now();
+            if received.is_some() || now >= until || now < slice {
+                return Ok(received);
+            }
         }
-        Ok(received)
     }
 
     fn now(&self) -> Instant {

@@ -11,6 +11,7 @@
 //! - [`job`]: the jobs of the worker
 //! - [`worker`]: one thread that owns the adapter; it performs the operations in its session, and polls the angles between them
 //! - [`lease`], [`tap`]: the adapter that commands and samples share, with counts of its frames
+//! - [`transmission`]: the frames of the transmit list and of a log, which the adapter sends meanwhile
 //! - [`live`]: the session that is polled; [`mod@line`]: a command as the line that the user can copy
 //! - [`calibration`]: the six positions of a unit of this project, with a thread of their own
 //! - [`sheets`]: the data sheets (EDS) of devices that are not in the catalogue
@@ -29,6 +30,7 @@ pub mod line;
 pub mod live;
 pub mod sheets;
 pub mod tap;
+pub mod transmission;
 pub mod worker;
 
 use crate::cli::Options;

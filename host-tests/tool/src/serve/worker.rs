@@ -4,6 +4,7 @@ mod action;
 mod commands;
 mod others;
 mod report;
+mod transmit;
 mod unsaved;
 mod which;
 
@@ -13,6 +14,7 @@ use super::lease::Lease;
 use super::line::{self, Words};
 use super::live::Live;
 use super::sheets::{Kept, Sheets};
+use super::transmission::Transmission;
 use crate::connect;
 use crate::error::{Error, Silence};
 use crate::identify::Identity;
@@ -26,7 +28,9 @@ use adapter::{Adapter, Mode};
 use plumbline::time::{after, millis};
 use report::Reported;
 use serde_json::{Map, Value, json};
+use std::cell::RefCell;
 use std::path::PathBuf;
+use std::rc::Rc;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, TryRecvError};
@@ -43,6 +47,8 @@ const SAMPLES: u32 = 50;
 enum State {
     Closed,
     Listening(Link),
+    /// It only sends the frames of the transmit list or of a log.
+    Open(Link),
     Active(Box<Live>),
 }
 
@@ -59,6 +65,8 @@ pub struct Worker {
     /// The data sheet of the sensor.
     sheet: Option<Arc<Kept>>,
     port: Option<(String, Lease)>,
+    /// What is sent beside the requests.
+    transmission: Rc<RefCell<Transmission>>,
     state: State,
     /// The other sensors in the chart.
     others: Vec<Live>,
@@ -96,6 +104,7 @@ impl Worker {
             sheets: Arc::default(),
             sheet: None,
             port: None,
+            transmission: Rc::default(),
             state: State::Closed,
             others: Vec::new(),
             selection: Words::new(),
@@ -157,7 +166,7 @@ impl Worker {
         let due = self.others_due();
         match &mut self.state {
             State::Closed => Ok(()),
-            State::Listening(link) => {
+            State::Listening(link) | State::Open(link) => {
                 let until = after(link.now(), millis(20));
                 while link.receive(until)?.is_some() {}
                 Ok(())
@@ -222,7 +231,7 @@ impl Worker {
             return Ok(lease.clone());
         }
         self.port = None;
-        let lease = Lease::new((self.opener)(port)?);
+        let lease = Lease::new((self.opener)(port)?, self.transmission.clone());
         self.port = Some((port.to_owned(), lease.clone()));
         (self.status.tells_errors, self.status.errors_at) = (true, None);
         Ok(lease)
@@ -239,6 +248,7 @@ impl Worker {
             Task::Scan(wanted) => self.scan(&wanted),
             Task::Run(request) => self.perform(&request),
             Task::Chart(wanted) => self.chart(&wanted),
+            Task::Transmit(wanted) => self.transmit(wanted),
             Task::Backup => self.backup(),
             Task::Restore {
                 text,
@@ -271,13 +281,12 @@ impl Worker {
 
     fn connect(&mut self, wanted: &Connect) -> Result<Value, Error> {
         let mut shown = wanted.words(&self.sheets)?;
-        shown.push(match wanted.mode {
-            Part::Listen => "log".to_owned(),
-            Part::Active => "watch".to_owned(),
-        });
-        if wanted.mode == Part::Listen {
-            shown.push("-".to_owned());
-        }
+        let command: &[&str] = match wanted.mode {
+            Part::Listen => &["log", "-"],
+            Part::Frames => &["send", "FRAME"],
+            Part::Active => &["watch"],
+        };
+        shown.extend(command.iter().map(|word| (*word).to_owned()));
         self.error = None;
         self.close()?;
         let answers = Answers::new(&wanted.yes, &wanted.names);
@@ -314,7 +323,7 @@ impl Worker {
         lease.with_tap(|tap| tap.clear());
         self.hub.publish(Kind::Frames, &json!([]));
         self.status.frames = 0;
-        if wanted.mode == Part::Listen {
+        if wanted.mode != Part::Active {
             let mut link = Link::new(Box::new(lease.clone()), &terminal.stopped);
             let rate = match wanted.rate {
                 None if lease.capabilities().needs_rate => {
@@ -323,10 +332,14 @@ impl Worker {
                 }
                 rate => rate,
             };
-            link.open(rate, Mode::Listen)?;
+            let (mode, state): (_, fn(Link) -> State) = match wanted.mode {
+                Part::Frames => (Mode::Active, State::Open),
+                _ => (Mode::Listen, State::Listening),
+            };
+            link.open(rate, mode)?;
             lease.keep();
             self.selection = line::bus(&wanted.port, rate);
-            self.state = State::Listening(link);
+            self.state = state(link);
             return Ok(json!({}));
         }
         // The page asks the user, and tries again.

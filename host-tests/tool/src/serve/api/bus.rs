@@ -62,6 +62,11 @@ pub(super) async fn chart(State(app): State<Arc<App>>, headers: HeaderMap, body:
     on_sensor(&app, &headers, Task::Chart(parse(&body)?)).await
 }
 
+/// Changes what is sent beside the requests.
+pub(super) async fn transmit(State(app): State<Arc<App>>, body: Bytes) -> Answer {
+    work(&app, Task::Transmit(parse(&body)?)).await
+}
+
 pub(super) async fn backup(State(app): State<Arc<App>>, headers: HeaderMap, body: Bytes) -> Answer {
     let Nothing {} = parse(&body)?;
     on_sensor(&app, &headers, Task::Backup).await

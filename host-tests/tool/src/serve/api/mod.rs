@@ -16,6 +16,7 @@
 //! | `POST /api/run` | `"save"`, `{"zero": {"axis": "x"}}` | a command on the sensor |
 //! | `POST /api/samples` | `{"perSecond": 200}` | the samples per second |
 //! | `POST /api/chart` | `{"add": {"protocol": .., "address": ..}}`, `{"remove": 2}` | the sensors in the chart beside the connected one |
+//! | `POST /api/transmit` | `{"add": {"frame": "181#0102", "every": 100}}`, `{"start": 1}`, `{"replay": {"text": .., ..}}` | the transmit list, and the replay of a log |
 //! | `POST /api/backup` | `{}` | reads all settings into a file |
 //! | `POST /api/restore` | `{"text": .., "only": []}` | writes the differences, stores them |
 //! | `POST /api/eds` | `{"name": .., "text": ..}` | takes a data sheet, which has a key then: `eds:1` |
@@ -58,7 +59,19 @@ use tokio_stream::StreamExt;
 use tokio_stream::wrappers::ReceiverStream;
 
 /// The longest body in bytes: a file of 1 MiB with its escapes.
-pub const LONGEST: usize = 3 << 20;
+const LONGEST: usize = 3 << 20;
+
+/// The request that sends a log, and its longest body: a log of 16 MiB with its escapes.
+const TRANSMIT: &str = "/api/transmit";
+const LONGEST_LOG: usize = 18 << 20;
+
+/// The longest body of a request in bytes.
+pub fn longest(path: &str) -> usize {
+    match path {
+        TRANSMIT => LONGEST_LOG,
+        _ => LONGEST,
+    }
+}
 
 /// The header with the number of the sensor that the page shows: `connection` of the event `device`.
 const SENSOR: &str = "x-plumbline-sensor";
@@ -132,6 +145,10 @@ pub fn router(app: App) -> Router {
         .route("/run", post(bus::run))
         .route("/samples", post(bus::samples))
         .route("/chart", post(bus::chart))
+        .route(
+            "/transmit",
+            post(bus::transmit).layer(DefaultBodyLimit::max(LONGEST_LOG)),
+        )
         .route("/backup", post(bus::backup))
         .route("/restore", post(bus::restore))
         .route("/calibrate", post(calibrate))

@@ -6,7 +6,7 @@ use crate::serve::events::Kind;
 use crate::serve::line;
 use adapter::Adapter;
 use plumbline::time::{self, millis};
-use serde_json::json;
+use serde_json::{Value, json};
 use std::time::Instant;
 
 /// The pause between two checks of the errors of the adapter, in the time of the bus.
@@ -21,6 +21,8 @@ pub(super) struct Reported {
     /// The adapter tells its errors.
     pub(super) tells_errors: bool,
     pub(super) was_silent: bool,
+    /// The transmit list that was published last.
+    pub(super) transmission: Value,
 }
 
 impl Reported {
@@ -32,6 +34,7 @@ impl Reported {
             errors: None,
             tells_errors: true,
             was_silent: false,
+            transmission: Value::Null,
         }
     }
 }
@@ -58,11 +61,13 @@ impl Worker {
         if let Some(frames) = frames {
             self.hub.publish(Kind::Frames, &frames);
         }
+        self.show_transmission();
         let passed = (received + sent).saturating_sub(self.status.frames);
         self.status.frames = received + sent;
         let (state, lost, silent, every) = match &self.state {
             State::Closed => ("closed", 0, false, None),
             State::Listening(_) => ("listening", 0, false, None),
+            State::Open(_) => ("open", 0, false, None),
             State::Active(live) => (
                 "active",
                 live.lost() + self.others.iter().map(Live::lost).sum::<u64>(),
@@ -71,7 +76,7 @@ impl Worker {
             ),
         };
         let rate = match &self.state {
-            State::Listening(link) => link.rate(),
+            State::Listening(link) | State::Open(link) => link.rate(),
             State::Active(live) => live.session.link.rate(),
             State::Closed => None,
         };

@@ -11,7 +11,7 @@ impl Worker {
     pub(super) fn unsaved(&self) -> Vec<&String> {
         match self.state {
             State::Active(_) => self.unsaved.keys().collect(),
-            State::Closed | State::Listening(_) => Vec::new(),
+            State::Closed | State::Listening(_) | State::Open(_) => Vec::new(),
         }
     }
 

@@ -137,7 +137,10 @@ mod tests {
         });
         let worker = Worker::new(receiver, Arc::new(Hub::default()), opener, stop.clone());
         let demo = demo::unpaced("is2").expect("a sensor");
-        let mut link = Link::new(Box::new(Lease::new(Box::new(demo))), &worker.stopped());
+        let mut link = Link::new(
+            Box::new(Lease::new(Box::new(demo), Rc::default())),
+            &worker.stopped(),
+        );
         let request = Frame::of(CanId::standard(0x300), [0x02, 0, 0, 0, 0, 0, 0, 0], 1);
         link.open(None, Mode::Active).expect("it opens");
         link.send(&request).expect("it is sent");

@@ -160,6 +160,7 @@ fn hostile_bodies_are_refused() {
         "/api/stop",
         "/api/run",
         "/api/samples",
+        "/api/transmit",
         "/api/backup",
         "/api/calibrate",
         "/api/restore",

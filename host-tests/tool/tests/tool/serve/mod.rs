@@ -16,8 +16,8 @@ mod identity;
 mod j1939;
 mod owner;
 mod scan;
-
 mod stream;
 mod texts;
+mod transmit;
 mod unsaved;
 mod which;
