@@ -199,7 +199,7 @@ fn all_sensors_of_the_product_are_updated_one_after_the_other() {
     let mut rig = rig("jn2101");
     rig.json("--node 10 node-id 11");
     attach(&mut rig, "jn2101", SERIAL + 1);
-    attach(&mut rig, "is2", SERIAL + 2);
+    rig.attach("is2", SERIAL + 2);
     rig.run(2300);
     let mut update = |image: PathBuf, is_loaded| {
         let told = rig.json(&format!("update {} --all", image.display()));
@@ -219,7 +219,12 @@ fn all_sensors_of_the_product_are_updated_one_after_the_other() {
     if effort::choose(false, true) {
         update(files.image(1), true);
     }
+}
+
+#[test]
+fn file_for_all_sensors_of_a_product_that_the_bus_has_not_is_refused() {
     let other = Files::new("tiltix080", "all-other").image(1);
+    let mut rig = Rig::with("is2");
     let (code, error) = rig.fails(&format!("update {} --all", other.display()));
     assert_eq!((code, &*error), (2, "wrong-image"));
 }
