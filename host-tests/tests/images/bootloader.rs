@@ -2,6 +2,7 @@
 
 mod client;
 mod entering;
+mod power;
 mod signature;
 mod two_slots;
 
@@ -171,6 +172,21 @@ fn record_only(rate: BitRate) -> Vec<u8> {
     slot
 }
 
+/// The flash that the bootloader can change.
+fn flash(rig: &mut Rig) -> &mut Flash {
+    rig.microcontroller_mut().slot().expect("a bootloader")
+}
+
+/// The operations of the flash so far.
+fn operations(rig: &mut Rig) -> u64 {
+    flash(rig).programmed() / 2 + flash(rig).erased()
+}
+
+/// Cuts the power in the operation of the flash after `operation` others.
+fn cut(rig: &mut Rig, operation: u64) {
+    flash(rig).cut_in_operation_after(operation, operation);
+}
+
 /// An image file for the jn2101 with a body of this length, whose program is an endless loop.
 fn loop_file(length: usize, seed: u8, version: u32) -> Vec<u8> {
     let noise = (0..length).map(|place| (place as u8).wrapping_mul(31) ^ (place >> 8) as u8 ^ seed);
@@ -241,8 +257,7 @@ fn bootloader_answers_with_the_identifiers_and_the_bit_rate_of_its_record() {
         let refused = client.download(&other[..2048]);
         let abort = [0x80, 0x50, 0x1F, 1, 0x30, 0, 9, 6];
         assert_eq!(refused, Err(Some(abort)), "{rate:?}");
-        let slot = rig.microcontroller_mut().slot().expect("a bootloader");
-        assert_eq!((slot.erased(), slot.programmed()), (0, 0), "{rate:?}");
+        assert_eq!(operations(&mut rig), 0, "{rate:?}");
     }
 }
 
@@ -268,8 +283,7 @@ fn download_succeeds_beside_other_traffic_and_after_a_client_that_left() {
     let abort = Frame::of(client.reply, [0x80, 0x50, 0x1F, 1, 0, 0, 4, 5], 8);
     assert_eq!(client.rig.frames(), [abort]);
     client.download(&file).unwrap();
-    let content = rig.microcontroller_mut().slot().expect("a bootloader");
-    assert_eq!(content.bytes()[..8 * 1024], slot(&file)[..8 * 1024]);
+    assert_eq!(flash(&mut rig).bytes()[..8 * 1024], slot(&file)[..8 * 1024]);
 }
 
 /// At most 3.3 s at 1 Mbit/s and 9.5 s at 125 kbit/s with the typical times of the flash, 4.2 s at 1 Mbit/s with the longest ones.
@@ -293,65 +307,4 @@ fn download_of_40_kib_takes_a_few_seconds() {
         println!("40 KiB at {rate:?}: {took} us");
         assert!(took <= limit, "{took} us at {rate:?}");
     }
-}
-
-/// The operations of the flash in a download of this file.
-fn operations(slot: &[u8], file: &[u8], rate: BitRate) -> u64 {
-    let mut rig = sensor("jn2101", Some(slot.to_vec()), rate);
-    rig.run(50);
-    rig.frames();
-    Client::of_known(&mut rig, &known(rate))
-        .download(file)
-        .unwrap();
-    let flash = rig.microcontroller_mut().slot().expect("a bootloader");
-    flash.programmed() / 2 + flash.erased()
-}
-
-/// The old program is replaced by another one of 3 KiB, and the power is cut in one operation of the flash. Afterwards there is the new program, or
-/// the bootloader, which takes it again: never the old one with parts of the new one.
-#[test]
-fn power_cut_in_any_operation_leaves_the_bootloader_or_the_new_program() {
-    let (old, new) = (loop_file(3072, 0, 1), loop_file(3072, 0x5A, 2));
-    let rate = BitRate::M1;
-    let mut old_slot = slot(&old);
-    let record_page = record_place()..;
-    old_slot[record_page.clone()].copy_from_slice(&record_only(rate)[record_page]);
-    // A program with a wrong bit is not started.
-    old_slot[2000] ^= 1;
-    let all = operations(&old_slot, &new, rate);
-    // Always the last ones, with the commit.
-    let operations = (0..all - 4)
-        .step_by(effort::choose(211, 1))
-        .chain(all - 4..all);
-    let cuts = operations.clone().count();
-    for operation in operations {
-        let mut rig = sensor("jn2101", Some(old_slot.clone()), rate);
-        rig.run(50);
-        rig.frames();
-        let fuse = rig.microcontroller_mut().slot().expect("a bootloader");
-        fuse.cut_in_operation_after(operation, operation);
-        let mut client = Client::of_known(&mut rig, &known(rate));
-        assert_eq!(client.download(&new), Err(None), "operation {operation}");
-        rig.power_cycle();
-        rig.run(50);
-        let boot_up = rig.frames();
-        if boot_up == [data(0x70A, &[0])] {
-            let mut client = Client::of_known(&mut rig, &known(rate));
-            assert_eq!(client.number(0x1F57, 1), 1 << 1, "operation {operation}");
-            client.download(&new).unwrap();
-        } else {
-            assert_eq!(boot_up, [], "operation {operation}: the program");
-            if rig.microcontroller().resets().len() > 2 {
-                // The bootloader has committed the program, and starts it from a reset.
-                rig.expect_reset(ResetCause::Software);
-            }
-        }
-        let content = rig.microcontroller_mut().slot().expect("a bootloader");
-        assert_eq!(
-            content.bytes()[..3072],
-            slot(&new)[..3072],
-            "operation {operation}"
-        );
-    }
-    println!("{cuts} cuts of {all} operations");
 }

@@ -11,13 +11,13 @@ use stm32_sim::rcc::ResetCause;
 const ENTRY: u64 = 30;
 
 /// A program and its successor.
-fn files(name: &str) -> [Vec<u8>; 2] {
+pub fn files(name: &str) -> [Vec<u8>; 2] {
     [file(name, VERSION), file(name, VERSION + 1)]
 }
 
 /// Sends a frame and returns the data of the reply.
 #[track_caller]
-fn ask(rig: &mut Rig, (request, reply): (u16, u16), bytes: &[u8]) -> Vec<u8> {
+pub fn ask(rig: &mut Rig, (request, reply): (u16, u16), bytes: &[u8]) -> Vec<u8> {
     rig.bus.send(rig.tester, data(request, bytes));
     rig.expect(reply, 60).bytes().to_vec()
 }

@@ -24,10 +24,6 @@ fn old_slots(rate: BitRate) -> Vec<u8> {
 /// The place of a byte of the old program that a wrong bit makes invalid.
 const BROKEN: usize = 2000;
 
-fn flash(rig: &mut Rig) -> &mut Flash {
-    rig.microcontroller_mut().slot().expect("a bootloader")
-}
-
 /// Starts the bootloader as if the old program, which cannot ask for it, had asked: the program is not valid during the start.
 fn enter(rig: &mut Rig) {
     flash(rig).flip_bit(8 * BROKEN).unwrap();
@@ -46,16 +42,6 @@ fn waiting(rate: BitRate) -> Rig {
 
 fn content(rig: &mut Rig) -> Vec<u8> {
     flash(rig).bytes().to_vec()
-}
-
-/// Cuts the power in the operation of the flash after `operation` others.
-fn cut(rig: &mut Rig, operation: u64) {
-    flash(rig).cut_in_operation_after(operation, operation);
-}
-
-/// The operations of the flash so far.
-fn operations(rig: &mut Rig) -> u64 {
-    flash(rig).programmed() / 2 + flash(rig).erased()
 }
 
 /// Some of these operations, and the last ones.
