@@ -1,5 +1,6 @@
 //! The command line.
 
+pub mod bridge;
 pub mod frames;
 pub mod replace;
 
@@ -23,7 +24,7 @@ use std::path::PathBuf;
 #[command(
     name = "plumbline",
     version,
-    after_help = "Exit codes: 0 done, 1 refused by the sensor, 2 usage, 3 no sensor answers, 4 bus, adapter or file, 130 Ctrl-C.\nWithout hardware: plumbline --port demo:is2 get"
+    after_help = "Exit codes: 0 done, 1 refused by the sensor, 2 usage, 3 no sensor answers, 4 bus, adapter, file or broker, 130 Ctrl-C.\nWithout hardware: plumbline --port demo:is2 get"
 )]
 pub struct Cli {
     /// The options of all commands
@@ -340,6 +341,8 @@ pub enum Command {
         #[arg(long)]
         active: bool,
     },
+    /// Publish the angles, the status and the identity of the sensor at an address, or of all sensors on the bus: to an MQTT broker, or the roll to AgOpenGPS
+    Bridge(Box<bridge::Bridge>),
     /// List the ports of this computer
     Ports,
     /// Print the completions for a shell
@@ -463,6 +466,7 @@ fn unused(command: &str) -> &'static [&'static str] {
         "decode" => &["yes", "config", "port", "rate"],
         "log" | "replay" => &["config"],
         "doctor" | "send" => &["config", "id", "node", "mac", "address", "product", "eds"],
+        "bridge" => &["product", "eds"],
         "scan" => &["id", "node", "mac", "address", "product", "eds"],
         "node-id" => &["id", "mac", "address", "eds"],
         "mac" => &["id", "node", "address", "eds"],

@@ -1,5 +1,6 @@
 //! Why a command failed: an exit code, a code for programs, and one sentence for people that names the next step.
 
+mod broker;
 mod calibration;
 mod file;
 mod number;
@@ -7,6 +8,7 @@ mod page;
 mod request;
 mod sensor;
 
+pub use broker::BrokerError;
 pub use calibration::CalibrationError;
 pub use file::{Fault, FileError};
 pub use number::NumberError;
@@ -27,6 +29,8 @@ use texts::{Cause, Kind, Text, texts};
 pub enum Error {
     /// An adapter or its port.
     Adapter(AdapterError),
+    /// A bridge to other programs.
+    Broker(BrokerError),
     /// A unit that is calibrated.
     Calibration(CalibrationError),
     /// A file.
@@ -83,6 +87,7 @@ impl Error {
     fn cause(&self) -> &dyn Cause {
         match self {
             Self::Adapter(own) => own,
+            Self::Broker(own) => own,
             Self::Calibration(own) => own,
             Self::File(own) => own,
             Self::Number(own) => own,
@@ -246,6 +251,7 @@ macro_rules! from {
 
 from! {
     Adapter AdapterError;
+    Broker BrokerError;
     Calibration CalibrationError;
     File FileError;
     Number NumberError;

@@ -112,6 +112,20 @@ texts! {
             "{count} Frames wurden ausgelassen, weil der Bus oder der Computer zu langsam für sie war";
         BusErrors(count: u64) = "the adapter has reported at least {count} errors of the bus, so frames can be missing: check bit rate, wiring, terminators, and whether another device is on the bus",
             "der Adapter hat mindestens {count} Fehler des Busses gemeldet, also können Frames fehlen: Prüfen Sie Bitrate, Verdrahtung und Abschlusswiderstände, und ob ein anderes Gerät am Bus ist";
+        BrokerConnected(url: String) = "connected with {url}", "verbunden mit {url}";
+        BrokerAway(url: String, reason: String, seconds: u64) = "no connection with {url} ({reason}): samples are kept, next try in {seconds} s",
+            "keine Verbindung mit {url} ({reason}): Die Messwerte werden aufgehoben, nächster Versuch in {seconds} s";
+        RecordsLost(count: u64) = "{count} samples are lost, because the broker was away for too long: give more room with --buffer-size",
+            "{count} Messwerte sind verloren, weil der Broker zu lange fort war: Geben Sie mit --buffer-size mehr Platz";
+        RecordsLeft(count: u64, path: String) = "{count} samples are in {path}: the next start delivers them",
+            "{count} Messwerte sind in {path}: Der nächste Start liefert sie";
+        NotSynchronised(path: String, reason: String) = "{path} cannot be written to the disk ({reason}): samples can be lost at a power cut",
+            "{path} lässt sich nicht auf die Platte schreiben ({reason}): Bei einem Stromausfall können Messwerte verloren gehen";
+        SensorLost(sensor: String) = "{sensor}: does not answer any more", "{sensor}: antwortet nicht mehr";
+        SensorBack(sensor: String) = "{sensor}: answers again", "{sensor}: antwortet wieder";
+        SensorNew(sensor: String) = "{sensor}: is new on the bus", "{sensor}: ist neu am Bus";
+        NotBridged(sensor: String) = "{sensor}: left out, because its product is not known, or another master owns it",
+            "{sensor}: weggelassen, weil das Produkt nicht bekannt ist oder ein anderer Master ihn besitzt";
         NothingSent = "nothing was sent", "nichts wurde gesendet";
         OnlyAcknowledged = "nothing was sent, but the messages of other devices were acknowledged",
             "nichts wurde gesendet, aber die Nachrichten anderer Geräte wurden bestätigt";

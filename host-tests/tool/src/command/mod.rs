@@ -1,5 +1,6 @@
 //! The commands of the tool, one file for each.
 
+mod bridge;
 mod bus;
 pub mod calibrate;
 mod doctor;
@@ -161,6 +162,7 @@ pub fn run_with(cli: &Cli, terminal: &mut Terminal, connect: Connect) -> Result<
             | Command::Replay(_)
             | Command::Send(_)
             | Command::Doctor { .. }
+            | Command::Bridge(_)
     );
     let (full, mut is_filled) = last.complete(options, is_for_sensor, terminal);
     let mut bus = Bus {
@@ -320,6 +322,7 @@ fn on_bus(cli: &Cli, bus: &mut Bus, terminal: &mut Terminal) -> Result<(), Error
             send::send(sender, items, terminal)
         }
         Command::Replace { step } => replace::run(step, bus, terminal),
+        Command::Bridge(wanted) => bridge::bridge(wanted, bus, terminal),
         Command::Doctor { seconds, active } => doctor::examine(bus, *seconds, *active, terminal),
         Command::Update {
             file,

@@ -135,7 +135,7 @@ fn one(
 }
 
 /// The bit rate of a row of a scan, in kbit/s.
-fn rate_of(kbits: f64) -> Option<BitRate> {
+pub(super) fn rate_of(kbits: f64) -> Option<BitRate> {
     let is_own = |rate: &BitRate| f64::from(rate.bits_per_second()) == kbits * 1000.0;
     BitRate::ALL.into_iter().find(is_own)
 }

@@ -4,6 +4,7 @@ pub(crate) mod address;
 pub(crate) mod adjust;
 pub(crate) mod align;
 pub(crate) mod backup;
+pub mod bridge;
 pub(crate) mod doctor;
 mod factory;
 pub(crate) mod get;

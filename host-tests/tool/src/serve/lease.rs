@@ -58,11 +58,20 @@ pub struct Lease(Rc<RefCell<Shared>>);
 impl Lease {
     /// A handle of a new adapter, which sends this beside what it is asked for.
     pub fn new(adapter: Box<dyn Adapter>, transmission: Rc<RefCell<Transmission>>) -> Self {
+        Self::with(adapter, Tap::default(), transmission)
+    }
+
+    /// A handle of a new adapter, which keeps only the messages of sensors, not the frames.
+    pub fn of_messages(adapter: Box<dyn Adapter>) -> Self {
+        Self::with(adapter, Tap::hidden(), Rc::default())
+    }
+
+    fn with(adapter: Box<dyn Adapter>, tap: Tap, transmission: Rc<RefCell<Transmission>>) -> Self {
         Self(Rc::new(RefCell::new(Shared {
             adapter,
             opened: None,
             kept: None,
-            tap: Tap::default(),
+            tap,
             transmission,
         })))
     }

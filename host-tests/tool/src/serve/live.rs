@@ -9,11 +9,11 @@ use super::sheets::Sheets;
 use crate::cyclic::pace::Pace;
 use crate::error::{Error, RequestError};
 use crate::identify::Found;
+use crate::master::canopen::error_register;
 use crate::sample::{Sample, Sampler};
 use crate::scan::kbits;
 use crate::session::Session;
 use crate::sheet::Entry;
-use condition::ERROR_REGISTER;
 use plumbline::time::{Duration, Instant, after, millis};
 use serde_json::{Value, json};
 use texts::{Kind as Refusal, Text};
@@ -87,7 +87,7 @@ impl Live {
         session.expected = found.identity().serial();
         let sampler = sampler(&mut session)?;
         let now = session.link.now();
-        let is_register = |entry: &&Entry| entry.address == ERROR_REGISTER;
+        let is_register = |entry: &&Entry| entry.address == error_register::ADDRESS;
         let register = session.sheet.entries.iter().find(is_register).cloned();
         let mut live = Self {
             session,

@@ -38,6 +38,8 @@ pub struct Tap {
     bus: Bus,
     /// By the number of its sensor: what it sends by itself, and what has come.
     sources: HashMap<u64, (Source, VecDeque<Message>)>,
+    /// Nobody shows the frames: only the messages are kept.
+    is_hidden: bool,
     /// The frames that were received.
     pub received: u64,
     /// The frames that were sent.
@@ -45,6 +47,14 @@ pub struct Tap {
 }
 
 impl Tap {
+    /// Only the messages of sensors are kept, not the frames.
+    pub fn hidden() -> Self {
+        Self {
+            is_hidden: true,
+            ..Self::default()
+        }
+    }
+
     /// A frame was received at this time.
     pub fn received(&mut self, at: Instant, frame: &Frame) {
         self.received += 1;
@@ -81,6 +91,9 @@ impl Tap {
     }
 
     fn note(&mut self, at: Instant, frame: &Frame, own: bool) {
+        if self.is_hidden {
+            return;
+        }
         let id = frame.can_id().bits();
         let decoded = self.bus.decode(frame);
         if let Some(newest) = self.newest.get_mut(&id) {

@@ -3,6 +3,7 @@
 pub(crate) mod cob_ids;
 mod cyclic;
 pub(super) mod decode;
+pub(crate) mod error_register;
 mod identify;
 mod identity;
 pub mod lss;

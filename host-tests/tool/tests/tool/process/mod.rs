@@ -2,8 +2,12 @@
 //!
 //! The clock is the time of the bus, except in the tests of python-canopen and of the demonstration.
 
+#[cfg(unix)]
+mod bridge;
 mod command_line;
 mod exchange;
+#[cfg(unix)]
+mod mosquitto;
 #[cfg(target_os = "linux")]
 mod pcan;
 mod questions;

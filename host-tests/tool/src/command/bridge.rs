@@ -1,0 +1,136 @@
+//! `bridge`: finds the sensors on the bus, then publishes what they measure.
+
+use super::bus::Bus;
+use super::update::rate_of;
+use super::watch;
+use crate::cli::bridge::Bridge;
+use crate::connect;
+use crate::error::{BrokerError, Error};
+use crate::identify::{self, Found};
+use crate::labels::{Labels, folder};
+use crate::link::Link;
+use crate::master::Protocol;
+use crate::ops::bridge::address::{Address, Credentials, Files, transport};
+use crate::ops::bridge::agopengps::AgOpenGps;
+use crate::ops::bridge::broker::{Broker, Wanted};
+use crate::ops::bridge::fleet::Fleet;
+use crate::ops::bridge::queue::Queue;
+use crate::ops::bridge::topics::{Topics, bus_of};
+use crate::ops::bridge::{Mqtt, Outputs, Roll, run};
+use crate::output::Terminal;
+use crate::question::Name;
+use crate::scan;
+use crate::serve::lease::Lease;
+use adapter::Mode;
+use plumbline::can::BitRate;
+use plumbline::time::millis;
+use serde_json::Value;
+use std::path::PathBuf;
+
+/// Publishes what the sensors on the bus measure.
+///
+/// # Errors
+/// An option is wrong, no sensor was found, the adapter fails, or no connection with the broker can succeed.
+pub(super) fn bridge(wanted: &Bridge, bus: &mut Bus, terminal: &mut Terminal) -> Result<(), Error> {
+    let time = watch::checked(wanted.seconds)?;
+    let to = wanted
+        .agopengps
+        .map(|module| AgOpenGps::new(wanted.agopengps_to, module));
+    let to = to.transpose()?;
+    // What is wrong in the files must be known before the search.
+    let prepared = wanted.mqtt.as_deref().map(|url| prepare(url, wanted, bus));
+    let prepared = prepared.transpose()?;
+    if prepared.is_none() && to.is_none() {
+        return Err(BrokerError::NoDestination.into());
+    }
+    let lease = Lease::of_messages(bus.adapter()?);
+    let (rate, found) = search(&lease, wanted.active, bus, terminal)?;
+    let fleet = Fleet::new(lease, rate, found, millis(wanted.every), terminal)?;
+    let roll = to.map(|to| Roll::new(to, &fleet, wanted.axis.as_deref()));
+    let roll = roll.transpose()?;
+    let mqtt = prepared.map(|(connection, topics, queue, buffer)| {
+        let url = connection.address.to_string();
+        let broker = Broker::start(connection, queue)?;
+        Ok::<_, Error>(Mqtt::new(broker, url, topics, buffer))
+    });
+    let mqtt = mqtt.transpose()?;
+    run(fleet, Outputs { mqtt, roll }, time, terminal)
+}
+
+type Prepared = (Wanted, Topics, Queue, PathBuf);
+
+/// Checks what a connection with a broker needs.
+fn prepare(url: &str, wanted: &Bridge, bus: &Bus) -> Result<Prepared, Error> {
+    let address = Address::parse(url)?;
+    let port = bus.options.port.as_deref().unwrap_or_default();
+    let name = wanted.bus.clone().unwrap_or_else(|| bus_of(port));
+    let topics = Topics::new(&wanted.site, &name, &wanted.discovery)?;
+    let files = Files {
+        ca: wanted.ca.as_deref(),
+        own: wanted.certificate.as_deref().zip(wanted.key.as_deref()),
+    };
+    let credentials = wanted.credentials.as_deref().map(Credentials::read);
+    let connection = Wanted {
+        transport: transport(&address, files)?,
+        credentials: credentials.transpose()?,
+        client: topics.client(),
+        availability: topics.bridge(),
+        address,
+    };
+    let usual = || {
+        let folder = folder(bus.options.config.as_deref());
+        folder.map(|folder| folder.join("bridge").join(topics.client()))
+    };
+    let buffer = wanted.buffer.clone().or_else(usual);
+    let buffer = buffer.ok_or(BrokerError::NoFolder)?;
+    let queue = Queue::open(&buffer, u64::from(wanted.buffer_size) << 20)?;
+    Ok((connection, topics, queue, buffer))
+}
+
+/// The sensor at the address of the options, or all sensors on the bus; and the bit rate.
+fn search(
+    lease: &Lease,
+    is_active: bool,
+    bus: &Bus,
+    terminal: &mut Terminal,
+) -> Result<(Option<BitRate>, Vec<Found>), Error> {
+    if bus.options.sensor.target()?.is_some() {
+        let wanted = bus.wanted(terminal)?;
+        let (link, found) = connect::find(Box::new(lease.clone()), &wanted, terminal)?;
+        return Ok((link.rate(), vec![found]));
+    }
+    let options = scan::Options {
+        rate: bus.options.rate,
+        active: is_active || Name::Ask.is_in(&bus.options.yes),
+        ..scan::Options::default()
+    };
+    let labels = bus.labels(terminal);
+    let rows = scan::run(Box::new(lease.clone()), options, labels.clone(), terminal)?;
+    terminal.document(&rows)?;
+    let rate = rows[0]["rate"].as_f64().and_then(rate_of);
+    let rate = rate.or(bus.options.rate);
+    let mut link = Link::new(Box::new(lease.clone()), &terminal.stopped);
+    link.open(rate, Mode::Active)?;
+    let mut found = Vec::new();
+    for row in rows.as_array().into_iter().flatten() {
+        found.extend(asked(row, &labels, &mut link)?);
+    }
+    link.close();
+    Ok((rate, found))
+}
+
+/// The sensor of a row of a scan.
+fn asked(row: &Value, labels: &Labels, link: &mut Link) -> Result<Option<Found>, Error> {
+    let text = |key: &str| row[key].as_str().unwrap_or_default();
+    let Some(protocol) = Protocol::named(text("protocol")) else {
+        return Ok(None);
+    };
+    let Ok(target) = (protocol.target)(text("address")) else {
+        return Ok(None);
+    };
+    let found = identify::ask(link, target, identify::PATIENT)?;
+    Ok(found.map(|mut found| {
+        found.label = labels.name(&found);
+        found
+    }))
+}

@@ -1,0 +1,254 @@
+//! `bridge`: the angles, the status and the identity of all sensors on a bus, for other programs.
+
+pub mod address;
+pub mod agopengps;
+pub mod broker;
+mod failure;
+pub mod fleet;
+pub mod queue;
+pub mod sensor;
+pub mod topics;
+mod window;
+
+use crate::error::{BrokerError, Error};
+use crate::note::Note;
+use crate::output::Terminal;
+use agopengps::AgOpenGps;
+use broker::{Broker, Told};
+use fleet::{Event, Fleet};
+use plumbline::time::Duration;
+use sensor::About;
+use serde_json::{Map, Value, json};
+use std::path::PathBuf;
+use std::time::{Duration as Wait, Instant};
+use topics::{HERE, Topics};
+
+/// The pause between two writes of the buffer to the disk.
+const SYNC: Wait = Wait::from_secs(5);
+
+/// A broker with its topics.
+pub struct Mqtt {
+    broker: Broker,
+    /// As the user has written it.
+    url: String,
+    topics: Topics,
+    buffer: PathBuf,
+    synced: Instant,
+    /// The reason why the buffer was not written, which the user knows.
+    failed: Option<String>,
+}
+
+impl Mqtt {
+    /// A broker that was started.
+    pub fn new(broker: Broker, url: String, topics: Topics, buffer: PathBuf) -> Self {
+        Self {
+            broker,
+            url,
+            topics,
+            buffer,
+            synced: Instant::now(),
+            failed: None,
+        }
+    }
+
+    /// Tells what a sensor is, and that it is there.
+    fn introduce(&self, about: &About) {
+        let keep = |topic: &str, text: String| {
+            self.broker.keep(self.topics.sensor(about, topic), text);
+        };
+        keep("identity", about.document().to_string());
+        keep("status", status(&[]).to_string());
+        keep("availability", HERE[1].to_owned());
+        for (topic, document) in self.topics.discovery(about) {
+            self.broker.keep(topic, document.to_string());
+        }
+    }
+
+    fn take(&self, about: &About, micros: u64, event: &Event) -> Result<(), Error> {
+        let keep = |topic: &str, text: String| {
+            self.broker.keep(self.topics.sensor(about, topic), text);
+        };
+        match event {
+            Event::Angles(angles) => {
+                let topic = self.topics.sensor(about, "angle");
+                self.broker.publish(&topic, &angle(micros, angles))?;
+            }
+            Event::Status(errors) => keep("status", status(errors).to_string()),
+            Event::Here(true) => self.introduce(about),
+            Event::Here(false) => keep("availability", HERE[0].to_owned()),
+        }
+        Ok(())
+    }
+
+    /// Tells the user what has become of the connection.
+    ///
+    /// # Errors
+    /// No connection can succeed.
+    fn tell(&mut self, terminal: &mut Terminal) -> Result<(), Error> {
+        for told in self.broker.told() {
+            match told {
+                Told::Connected => terminal.note(&Note::BrokerConnected(self.url.clone())),
+                Told::Away(reason, seconds) => {
+                    terminal.note(&Note::BrokerAway(self.url.clone(), reason, seconds));
+                }
+                Told::Failed(failure) => return Err(failure),
+            }
+        }
+        if self.synced.elapsed() < SYNC {
+            return Ok(());
+        }
+        self.synced = Instant::now();
+        let lost = self.broker.take_lost();
+        if lost > 0 {
+            terminal.note(&Note::RecordsLost(lost));
+        }
+        let failed = self.broker.sync().err().map(|error| error.to_string());
+        if self.failed != failed {
+            self.failed.clone_from(&failed);
+            if let Some(reason) = failed {
+                let path = self.buffer.display().to_string();
+                terminal.note(&Note::NotSynchronised(path, reason));
+            }
+        }
+        Ok(())
+    }
+
+    fn end(self, abouts: &[About], terminal: &mut Terminal) -> Result<(), Error> {
+        for about in abouts {
+            let topic = self.topics.sensor(about, "availability");
+            self.broker.keep(topic, HERE[0].to_owned());
+        }
+        let path = self.buffer.display().to_string();
+        match self.broker.end() {
+            Ok(0) => {}
+            Ok(left) => terminal.note(&Note::RecordsLeft(left, path)),
+            Err(error) => terminal.note(&Note::NotSynchronised(path, error.to_string())),
+        }
+        Ok(())
+    }
+}
+
+/// The document of angles, without its number.
+fn angle(micros: u64, angles: &[(String, Option<Value>)]) -> Value {
+    let mut document = Map::new();
+    document.insert("time_unix_s".to_owned(), json!(micros as f64 / 1e6));
+    for (name, value) in angles {
+        document.insert(name.clone(), value.clone().unwrap_or_default());
+    }
+    document.into()
+}
+
+/// The document of the errors.
+fn status(errors: &[String]) -> Value {
+    json!({"errors": errors})
+}
+
+/// The roll of one sensor for AgOpenGPS.
+pub struct Roll {
+    to: AgOpenGps,
+    /// The name of the sensor, and the name of its angle with its unit.
+    sensor: String,
+    angle: String,
+}
+
+impl Roll {
+    /// The roll of the only sensor; `axis` is the name of an angle, None the first one.
+    ///
+    /// # Errors
+    /// There are several sensors, or the sensor has no such angle.
+    pub fn new(to: AgOpenGps, fleet: &Fleet, axis: Option<&str>) -> Result<Self, Error> {
+        let abouts: Vec<&About> = fleet.abouts().collect();
+        let [about] = abouts[..] else {
+            let lines: Vec<&str> = abouts.iter().map(|about| &*about.line).collect();
+            return Err(BrokerError::SeveralRolls(lines.join("; ")).into());
+        };
+        let is_wanted = |own: &&String| {
+            let name = own.rsplit_once('_').map_or(&***own, |(name, _)| name);
+            axis.is_none_or(|axis| name.replace('_', "-") == axis)
+        };
+        let angle = about.angles.iter().find(is_wanted).cloned();
+        let none = || {
+            let axis = axis.unwrap_or_default().to_owned();
+            BrokerError::NoRoll(about.line.clone(), axis)
+        };
+        Ok(Self {
+            to,
+            sensor: about.name.clone(),
+            angle: angle.ok_or_else(none)?,
+        })
+    }
+
+    fn take(&mut self, about: &About, event: &Event, terminal: &mut Terminal) {
+        let roll = match event {
+            Event::Angles(angles) if about.name == self.sensor => {
+                let own = angles.iter().find(|(name, _)| *name == self.angle);
+                own.and_then(|(_, value)| value.as_ref()?.as_f64())
+            }
+            Event::Here(false) if about.name == self.sensor => None,
+            _ => return,
+        };
+        if let Some(failure) = self.to.send(roll) {
+            terminal.note(&failure);
+        }
+    }
+}
+
+/// Where the events go.
+pub struct Outputs {
+    /// A broker.
+    pub mqtt: Option<Mqtt>,
+    /// AgOpenGPS.
+    pub roll: Option<Roll>,
+}
+
+/// Hands over what the sensors measure, until the time is over or Ctrl-C.
+///
+/// # Errors
+/// The adapter fails, the buffer cannot be written, or no connection with the broker can succeed.
+pub fn run(
+    mut fleet: Fleet,
+    mut outputs: Outputs,
+    time: Option<Duration>,
+    terminal: &mut Terminal,
+) -> Result<(), Error> {
+    if let Some(mqtt) = &outputs.mqtt {
+        fleet.abouts().for_each(|about| mqtt.introduce(about));
+    }
+    let end = time.map(|time| fleet.end_after(time));
+    let result = turns(&mut fleet, &mut outputs, end, terminal);
+    let abouts: Vec<About> = fleet.abouts().cloned().collect();
+    let released = fleet.end();
+    if let Some(roll) = &mut outputs.roll
+        && let Some(failure) = roll.to.send(None)
+    {
+        terminal.note(&failure);
+    }
+    let ended = match outputs.mqtt {
+        Some(mqtt) => mqtt.end(&abouts, terminal),
+        None => Ok(()),
+    };
+    result.and(released).and(ended)
+}
+
+fn turns(
+    fleet: &mut Fleet,
+    outputs: &mut Outputs,
+    end: Option<plumbline::time::Instant>,
+    terminal: &mut Terminal,
+) -> Result<(), Error> {
+    while !(terminal.stopped)() && end.is_none_or(|end| fleet.now() < end) {
+        fleet.turn(terminal, &mut |terminal, about, micros, event| {
+            if let Some(roll) = &mut outputs.roll {
+                roll.take(about, &event, terminal);
+            }
+            match &outputs.mqtt {
+                Some(mqtt) => mqtt.take(about, micros, &event),
+                None => Ok(()),
+            }
+        })?;
+        if let Some(mqtt) = &mut outputs.mqtt {
+            mqtt.tell(terminal)?;
+        }
+    }
+    Ok(())
+}

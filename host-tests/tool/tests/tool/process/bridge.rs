@@ -1,0 +1,284 @@
+//! `bridge` with the broker mosquitto, which is a program of its own. Without it the tests print `skipped`; in a continuous integration run
+//! (`CI` is set) they fail.
+
+use super::mosquitto::{Collected, Mosquitto, Subscriber, until};
+use super::sensor::{Sensor, command, plumbline};
+use bench::BusRate;
+use plumbline::can::BitRate;
+use serde_json::{Value, json};
+use std::net::UdpSocket;
+use std::path::Path;
+use std::process::{Child, Output, Stdio};
+use std::time::Duration;
+use virtual_sensor::server::Clock;
+
+fn sensor() -> Sensor {
+    Sensor::start("is2", BusRate::Fixed(BitRate::K250), Clock::Computer)
+}
+
+/// Starts `bridge` on the bus of a sensor.
+fn start(sensor: &Sensor, folder: &Path, words: &str) -> Child {
+    let buffer = folder.join("buffer");
+    let line = format!(
+        "--rate 250 --id 300 bridge --site yard --bus crane --buffer {} {words}",
+        buffer.display()
+    );
+    let mut command = command(&sensor.port, "computer", &line);
+    command.stdout(Stdio::piped()).stderr(Stdio::piped());
+    command.spawn().expect("the program starts")
+}
+
+fn run(sensor: &Sensor, folder: &Path, words: &str) -> Output {
+    let child = start(sensor, folder, words);
+    child.wait_with_output().expect("the program ends")
+}
+
+/// The length of the records in the buffer.
+fn buffered(folder: &Path) -> u64 {
+    let files = std::fs::read_dir(folder.join("buffer"))
+        .into_iter()
+        .flatten();
+    let lengths = files.filter_map(|file| {
+        let file = file.ok()?;
+        let is_own = file.path().extension().is_some_and(|own| own == "records");
+        is_own
+            .then(|| file.metadata().map(|own| own.len()).ok())
+            .flatten()
+    });
+    lengths.sum()
+}
+
+fn kill(mut child: Child) {
+    child.kill().expect("the program runs");
+    child.wait().expect("the program ends");
+}
+
+/// The broker is away, the bridge is killed and started again, and the broker comes back.
+#[test]
+fn no_sample_is_lost_or_has_a_second_number_while_the_broker_is_away() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let Some(mut broker) = Mosquitto::start(folder.path(), &[]) else {
+        return;
+    };
+    let sensor = sensor();
+    let mut subscriber = Subscriber::new(&broker, "yard/crane/+/angle");
+    let words = format!("--every 20 --mqtt {}", broker.url());
+    let bridge = start(&sensor, folder.path(), &words);
+    let mut all = Collected::default();
+    until("the first samples", || {
+        subscriber.collect(&mut all);
+        all.numbers.len() >= 20
+    });
+    broker.stop();
+    let before = buffered(folder.path());
+    until("samples in the buffer", || {
+        buffered(folder.path()) > before + 5000
+    });
+    kill(bridge);
+    let bridge = start(&sensor, folder.path(), &words);
+    let before = buffered(folder.path());
+    until("more samples in the buffer", || {
+        buffered(folder.path()) > before + 5000
+    });
+    let wanted = all.numbers.last().copied().unwrap_or_default() + 100;
+    broker.go_on();
+    until("all samples", || {
+        subscriber.collect(&mut all);
+        all.numbers.last().is_some_and(|last| *last > wanted)
+    });
+    kill(bridge);
+    let expected: Vec<u64> = (1..).take(all.numbers.len()).collect();
+    assert_eq!(all.numbers.iter().copied().collect::<Vec<_>>(), expected);
+    assert_eq!(all.different, 0, "documents with the number of another one");
+}
+
+#[test]
+fn broker_keeps_identity_status_availability_and_the_discovery() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let Some(broker) = Mosquitto::start(folder.path(), &[]) else {
+        return;
+    };
+    let sensor = sensor();
+    let mut subscriber = Subscriber::new(&broker, "#");
+    let bridge = start(&sensor, folder.path(), &format!("--mqtt {}", broker.url()));
+    let mut all = Collected::default();
+    until("all topics", || {
+        subscriber.collect(&mut all);
+        all.numbers.len() >= 3 && all.newest.len() >= 8
+    });
+    let text = |topic: &str| all.newest.get(topic).cloned().unwrap_or_default();
+    let document = |topic: &str| serde_json::from_str(&text(topic)).unwrap_or(Value::Null);
+    assert_eq!(text("yard/crane/bridge/availability"), "online");
+    assert_eq!(text("yard/crane/1/availability"), "online");
+    assert_eq!(document("yard/crane/1/status"), json!({"errors": []}));
+    let identity = document("yard/crane/1/identity");
+    for (name, value) in [
+        ("maker", json!("GEMAC")),
+        ("product", json!("is2")),
+        ("serial", json!(1)),
+        ("rate_kbits", json!(250)),
+    ] {
+        assert_eq!(identity[name], value, "{identity}");
+    }
+    let angle = document("yard/crane/1/angle");
+    assert_eq!(
+        (&angle["angle_x_deg"], &angle["angle_y_deg"]),
+        (&json!(0.0), &json!(0.0))
+    );
+    let now = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH);
+    let age = now.expect("a time").as_secs_f64() - angle["time_unix_s"].as_f64().unwrap_or(0.0);
+    assert!((0.0..600.0).contains(&age), "{angle}");
+    let entity = document("homeassistant/sensor/plumbline-yard-crane-1/angle_x/config");
+    assert_eq!(entity["state_topic"], "yard/crane/1/angle");
+    assert_eq!(entity["value_template"], "{{ value_json.angle_x_deg }}");
+    assert_eq!(entity["unit_of_measurement"], "°");
+    assert_eq!(entity["device"]["serial_number"], "1");
+    let problem = document("homeassistant/binary_sensor/plumbline-yard-crane-1/status/config");
+    assert_eq!(problem["device_class"], "problem");
+    kill(bridge);
+    until("the last will", || {
+        subscriber.collect(&mut all);
+        all.newest["yard/crane/bridge/availability"] == "offline"
+    });
+    // The end by itself says it for the sensors too.
+    let output = run(
+        &sensor,
+        folder.path(),
+        &format!("--seconds 0.5 --mqtt {}", broker.url()),
+    );
+    assert!(output.status.success(), "{output:?}");
+    until("the end of the sensor", || {
+        subscriber.collect(&mut all);
+        all.newest["yard/crane/1/availability"] == "offline"
+    });
+}
+
+#[test]
+fn password_and_certificate_that_the_broker_does_not_take_end_the_bridge() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let Some(broker) = Mosquitto::start(folder.path(), &["password", "tls"]) else {
+        return;
+    };
+    let sensor = sensor();
+    let path = |name: &str| folder.path().join(name).display().to_string();
+    std::fs::write(
+        path("good.toml"),
+        "username = \"crane\"\npassword = \"right\"\n",
+    )
+    .expect("a file");
+    std::fs::write(
+        path("bad.toml"),
+        "username = \"crane\"\npassword = \"secret\"\n",
+    )
+    .expect("a file");
+    let (good, bad, ca, other) = (
+        path("good.toml"),
+        path("bad.toml"),
+        path("ca.pem"),
+        path("other.pem"),
+    );
+    let (url, plain) = (broker.url(), broker.url().replace("mqtts", "mqtt"));
+    for (words, code, part) in [
+        (
+            format!("--mqtt {url} --ca {ca} --credentials {good}"),
+            0,
+            "connected with mqtts://localhost",
+        ),
+        (
+            format!("--mqtt {url} --ca {ca} --credentials {bad}"),
+            4,
+            "refuses user or password",
+        ),
+        (
+            format!("--mqtt {url} --ca {other} --credentials {good}"),
+            4,
+            "is not accepted",
+        ),
+        (format!("--mqtt {url} --credentials {good}"), 4, "--ca"),
+        (
+            format!("--mqtt {plain} --credentials {good}"),
+            0,
+            "next try in 1 s",
+        ),
+    ] {
+        let output = run(&sensor, folder.path(), &format!("--seconds 2 {words}"));
+        let notes = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(code), "{words}: {notes}");
+        assert!(notes.contains(part), "{words}: {notes}");
+        assert!(!notes.contains("secret"), "{notes}");
+    }
+}
+
+#[test]
+fn wrong_option_of_a_bridge_ends_it_before_the_search() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = |name: &str, text: &str| {
+        let path = folder.path().join(name);
+        std::fs::write(&path, text).expect("a file");
+        path.display().to_string()
+    };
+    let (key, unknown) = (file("a.pem", "nonsense"), file("a.toml", "user = \"a\"\n"));
+    for (words, code) in [
+        ("bridge".to_owned(), "no-destination"),
+        ("bridge --mqtt broker".to_owned(), "bad-url"),
+        (
+            "bridge --mqtt mqtt://a:b@broker".to_owned(),
+            "secret-in-url",
+        ),
+        (
+            "bridge --mqtt mqtt://broker --site a/b".to_owned(),
+            "bad-topic",
+        ),
+        (
+            "bridge --mqtt mqtt://broker --ca missing.pem".to_owned(),
+            "no-tls",
+        ),
+        (
+            "bridge --mqtt mqtts://broker --ca missing.pem".to_owned(),
+            "no-file",
+        ),
+        (
+            format!("bridge --mqtt mqtts://broker --ca {key}"),
+            "bad-file",
+        ),
+        (
+            format!("bridge --mqtt mqtt://broker --credentials {unknown}"),
+            "bad-file",
+        ),
+    ] {
+        let output = plumbline("demo:jn2101", &format!("--json {words}"));
+        let document: Value = serde_json::from_slice(&output.stdout).expect("one document");
+        assert_eq!(document["error"]["code"], code, "{words}: {document}");
+    }
+}
+
+#[test]
+fn agopengps_gets_the_roll_and_its_end_when_the_bus_is_lost() {
+    const LEVEL: &[u8] = &[0x80, 0x81, 0x79, 0xD3, 8, 0, 0, 0, 0, 0, 0, 0, 0, 0x54];
+    const CLOSED: &[u8] = &[0x80, 0x81, 0x7C, 0xD4, 2, 1, 0, 0x53];
+    let folder = tempfile::tempdir().expect("a folder");
+    let sensor = sensor();
+    let socket = UdpSocket::bind("127.0.0.1:0").expect("a socket");
+    socket
+        .set_read_timeout(Some(Duration::from_secs(60)))
+        .expect("a time-out");
+    let to = socket.local_addr().expect("an address");
+    let words = format!("--every 50 --agopengps imu --agopengps-to {to}");
+    let bridge = start(&sensor, folder.path(), &words);
+    let mut bytes = [0; 64];
+    let mut next = || {
+        let length = socket.recv(&mut bytes).expect("a message");
+        bytes[..length].to_vec()
+    };
+    for _ in 0..3 {
+        assert_eq!(next(), LEVEL);
+    }
+    drop(sensor);
+    while let message = next()
+        && message != CLOSED
+    {
+        assert_eq!(message, LEVEL);
+    }
+    let output = bridge.wait_with_output().expect("the program ends");
+    assert_eq!(output.status.code(), Some(4), "{output:?}");
+}
