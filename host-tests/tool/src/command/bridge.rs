@@ -106,7 +106,6 @@ fn search(
     };
     let labels = bus.labels(terminal);
     let rows = scan::run(Box::new(lease.clone()), options, labels.clone(), terminal)?;
-    terminal.document(&rows)?;
     let rate = rows[0]["rate"].as_f64().and_then(rate_of);
     let rate = rate.or(bus.options.rate);
     let mut link = Link::new(Box::new(lease.clone()), &terminal.stopped);

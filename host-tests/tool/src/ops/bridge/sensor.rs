@@ -278,6 +278,7 @@ impl Sensor {
             Err(failure) if is_of_bus(&failure) => Err(failure),
             Ok(Some(sample)) => {
                 self.streak = 0;
+                self.next_message = after(now, self.every);
                 let document = self.sampler.json(&self.session, &sample);
                 let heading = self.sampler.heading();
                 Ok(self.events(&heading, document, sample.status))

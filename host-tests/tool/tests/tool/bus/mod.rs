@@ -3,6 +3,7 @@
 mod adjust;
 mod align;
 mod bit_rate;
+mod bridge;
 #[cfg(unix)]
 mod calibrate;
 mod commands;

@@ -22,7 +22,7 @@ fn found(rows: &[Value]) -> Vec<String> {
 }
 
 /// Two sensors on a wire at 125 kbit/s. The first one has been set alone.
-fn pair(first: &str, settings: &[&str], second: &str) -> (Rig, [DeviceId; 2]) {
+pub fn pair(first: &str, settings: &[&str], second: &str) -> (Rig, [DeviceId; 2]) {
     let mut rig = wired(first, BitRate::K125);
     for command in settings {
         rig.done(&format!("--rate 125 {command}"));
