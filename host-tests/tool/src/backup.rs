@@ -64,7 +64,6 @@ impl Backup {
     /// The settings of a sensor that has been identified.
     pub fn new(sheet: &Sheet, found: &Found) -> Self {
         Self {
-            sheet: sheet.clone(),
             article: found.article.clone(),
             serial: found.serial,
             firmware: found.firmware.clone(),
@@ -73,6 +72,19 @@ impl Backup {
                 .node_id()
                 .filter(|_| sheet.data_sheet.is_some()),
             label: found.label.clone(),
+            ..Self::of(sheet)
+        }
+    }
+
+    /// No settings of a product.
+    pub fn of(sheet: &Sheet) -> Self {
+        Self {
+            sheet: sheet.clone(),
+            article: None,
+            serial: None,
+            firmware: None,
+            node_id: None,
+            label: None,
             texts: Vec::new(),
             values: Vec::new(),
         }
@@ -191,7 +203,7 @@ impl Backup {
     ///
     /// # Errors
     /// The sensor would refuse the values together.
-    fn constrain(&self) -> Result<(), NumberError> {
+    pub(crate) fn constrain(&self) -> Result<(), NumberError> {
         let value = |id: ParameterId| {
             let mut values = self.values.iter();
             let own = values.find(|(entry, _)| entry.origin == Origin::Parameter(id));

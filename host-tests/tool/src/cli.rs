@@ -326,6 +326,17 @@ pub enum Command {
         #[arg(long)]
         no_backup: bool,
     },
+    /// Commission the sensors of a plan (TOML) one after the other: name, settings, zero, store, compare. The same command goes on where it stopped
+    Commission {
+        /// The plan
+        plan: PathBuf,
+        /// Write the report into this file
+        #[arg(long, value_name = "FILE")]
+        report: Option<PathBuf>,
+        /// How long to wait for the next sensor, in seconds
+        #[arg(long, value_name = "S", default_value_t = 600, value_parser = clap::value_parser!(u32).range(1..=86_400))]
+        wait: u32,
+    },
     /// Replace a sensor: keep what the old one is in a file, then make the new one equal and compare both
     Replace {
         /// The step
@@ -465,6 +476,7 @@ fn unused(command: &str) -> &'static [&'static str] {
         ],
         "decode" => &["yes", "config", "port", "rate"],
         "log" | "replay" => &["config"],
+        "commission" => &["id", "node", "mac", "address", "product", "eds"],
         "doctor" | "send" => &["config", "id", "node", "mac", "address", "product", "eds"],
         "bridge" => &["product", "eds"],
         "scan" => &["id", "node", "mac", "address", "product", "eds"],

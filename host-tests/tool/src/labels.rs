@@ -123,7 +123,7 @@ fn key(found: &Found) -> Option<(String, String)> {
 }
 
 /// A name that can be shown in one line.
-fn checked(name: &str) -> Result<String, Error> {
+pub(crate) fn checked(name: &str) -> Result<String, Error> {
     let name = name.trim();
     let is_shown = name.chars().all(|letter| !letter.is_control());
     if name.is_empty() || name.chars().count() > LONGEST || !is_shown {

@@ -26,6 +26,10 @@ texts! {
             "der Sensor hatte vor diesem Befehl den Fehler {name}; der Befehl hat ihn gelöscht";
         PdoOff(name: String) = "the PDO of {name} stays switched off. To switch it on, set {name}",
             "das PDO von {name} bleibt ausgeschaltet. Um es einzuschalten, setzen Sie {name}";
+        SwitchOn(name: String, product: &'static str) = "switch on the next sensor: {name} ({product})", "schalten Sie den nächsten Sensor ein: {name} ({product})";
+        SwitchOff(name: String) = "switch {name} off", "schalten Sie {name} aus";
+        Commissioned(line: String) = "{line}", "{line}";
+        GoesOn(path: String) = "the same command goes on where it stopped; {path} has the state", "derselbe Befehl setzt dort fort, wo er aufgehört hat; {path} hat den Stand";
         StaysZero(name: String) = "{name} stays 0. To change it, set {name}", "{name} bleibt 0. Um es zu ändern, setzen Sie {name}";
         LeftOut(why: String) = "left out: {why}", "weggelassen: {why}";
         EntryLeftOut(name: String, failure: Error) = "{name} is left out: {failure}", "{name} ist weggelassen: {failure}";

@@ -63,24 +63,10 @@ mod tests {
         [2003]\nParameterName=Ramp\nDataType=6\nAccessType=rw\n\
         [6040]\nParameterName=Controlword\nDataType=6\nAccessType=rw\nPDOMapping=1\n";
 
-    /// A file of this sheet without a value.
-    fn backup(sheet: Sheet) -> Backup {
-        Backup {
-            sheet,
-            article: None,
-            serial: None,
-            firmware: None,
-            node_id: None,
-            label: None,
-            texts: Vec::new(),
-            values: Vec::new(),
-        }
-    }
-
     #[test]
     fn texts_with_names_of_the_file_are_read_again_and_are_not_its_name() {
         let sheet = eds::parse(DEVICE.as_bytes()).unwrap();
-        let mut backup = backup(sheet.clone());
+        let mut backup = Backup::of(&sheet);
         for name in ["label", "product", "serial"] {
             backup
                 .texts
@@ -114,7 +100,7 @@ mod tests {
     #[test]
     fn entries_that_are_left_out_are_named_in_the_file() {
         let sheet = eds::parse(DEVICE.as_bytes()).unwrap();
-        let mut backup = backup(sheet.clone());
+        let mut backup = Backup::of(&sheet);
         backup.set("ramp", "7").unwrap();
         let text = backup.text();
         assert!(text.ends_with("ramp = \"7\"\n\n# Left out, because a write is a command or changes process data: controlword\n"), "{text}");

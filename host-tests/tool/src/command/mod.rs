@@ -3,6 +3,7 @@
 mod bridge;
 mod bus;
 pub mod calibrate;
+mod commission;
 mod doctor;
 mod file;
 mod help;
@@ -163,6 +164,7 @@ pub fn run_with(cli: &Cli, terminal: &mut Terminal, connect: Connect) -> Result<
             | Command::Send(_)
             | Command::Doctor { .. }
             | Command::Bridge(_)
+            | Command::Commission { .. }
     );
     let (full, mut is_filled) = last.complete(options, is_for_sensor, terminal);
     let mut bus = Bus {
@@ -320,6 +322,9 @@ fn on_bus(cli: &Cli, bus: &mut Bus, terminal: &mut Terminal) -> Result<(), Error
             let seconds = watch::checked(sending.seconds)?;
             let sender = Sender::open(bus.adapter()?, options.rate, seconds, terminal)?;
             send::send(sender, items, terminal)
+        }
+        Command::Commission { plan, report, wait } => {
+            commission::run(plan, report.as_deref(), *wait, bus, terminal)
         }
         Command::Replace { step } => replace::run(step, bus, terminal),
         Command::Bridge(wanted) => bridge::bridge(wanted, bus, terminal),

@@ -42,6 +42,11 @@ errors! {
             "{path} lässt sich nicht lesen ({reason}): `plumbline send` nimmt eine Liste von Frames (TOML) oder Frames wie 181#0102";
         List(path: String, why: Fault): Usage "bad-file" = "{path} is not a list of frames: {why}. A list has, for each frame, [[send]] with frame = \"181#0102\" and, for a periodic one, every = 100 (ms); nothing was sent",
             "{path} ist keine Liste von Frames: {why}. Eine Liste hat für jeden Frame [[send]] mit frame = \"181#0102\" und, wenn er periodisch ist, every = 100 (ms); nichts wurde gesendet";
+        PlanUnread(path: String, reason: String): Bus "no-file" = "cannot read {path} ({reason}): `plumbline commission` takes a plan (TOML) with [[sensor]], name, product and [sensor.parameters]",
+            "{path} lässt sich nicht lesen ({reason}): `plumbline commission` nimmt einen Plan (TOML) mit [[sensor]], name, product und [sensor.parameters]";
+        Plan(path: String, line: usize, why: Fault): Usage "bad-file" = "{path} line {line}: {why}; nothing was sent", "{path} Zeile {line}: {why}; nichts wurde gesendet";
+        State(path: String, why: Fault): Usage "bad-file" = "{path}, the state of the commissioning: {why}; nothing was sent. Without this file the commissioning begins again",
+            "{path}, der Stand der Inbetriebnahme: {why}; nichts wurde gesendet. Ohne diese Datei beginnt die Inbetriebnahme von vorn";
         Dcf(path: String): Usage "bad-file" = "{path} is the name of the DCF: give the backup another name, for example crane.toml",
             "{path} ist der Name der DCF: Geben Sie der Sicherung einen anderen Namen, zum Beispiel kran.toml";
         Exists(path: String): Usage "file-exists" = "{path} exists already: choose another name, or replace it with --yes=overwrite",
@@ -100,6 +105,19 @@ texts! {
         Product(error: Box<Error>) = "{error}; a device with a data sheet needs --eds", "{error}; für ein Gerät mit Datenblatt öffnen Sie zuerst das Datenblatt (EDS)";
         NodeId = "its node-id is not from 1 to 127", "ihre Node-ID ist nicht von 1 bis 127";
         NoQuotes(name: String) = "{name:?} has no value in quotes", "{name:?} hat keinen Wert in Anführungszeichen";
+        EmptyPlan = "it has no sensor: write [[sensor]] with name and product", "er hat keinen Sensor: Schreiben Sie [[sensor]] mit name und product";
+        NameTwice(name: String) = "the name {name} is in the plan twice", "der Name {name} kommt im Plan zweimal vor";
+        SerialTwice(serial: u32) = "the serial number {serial} is in the plan twice", "die Seriennummer {serial} kommt im Plan zweimal vor";
+        AddressTwice(other: String) = "this sensor gets the same address as {other}: give it another one, or write alone = true at the top if each sensor is switched off before the next one is switched on",
+            "dieser Sensor bekommt dieselbe Adresse wie {other}: Geben Sie ihm eine andere, oder schreiben Sie oben alone = true, wenn jeder Sensor ausgeschaltet wird, bevor der nächste eingeschaltet wird";
+        AddressDelivered(other: String) = "{other}, which is before this sensor, has the address that this sensor has as delivered: give {other} another address or put it last, or write alone = true at the top",
+            "{other} steht davor und hat die Adresse, die dieser Sensor bei der Lieferung hat: Geben Sie {other} eine andere, oder stellen Sie ihn ans Ende, oder schreiben Sie oben alone = true";
+        RateOnBus(name: String) = "{name} gets another bit rate than the sensors as delivered, with which it shares the bus: write alone = true at the top and switch each sensor off before the next one is switched on",
+            "{name} bekommt eine andere Bitrate als die gelieferten Sensoren am selben Bus: Schreiben Sie oben alone = true, und schalten Sie jeden Sensor aus, bevor der nächste eingeschaltet wird";
+        ZeroTwice(name: String) = "zero = true sets {name} too: leave out one of both", "zero = true setzt {name} auch: Lassen Sie eines von beiden weg";
+        NoZero(product: &'static str) = "{product} cannot make its position zero", "{product} kann seine Lage nicht zu Null machen";
+        ChangedPlan(name: String) = "the plan of {name}, which is done, was changed: give it its old plan or another name",
+            "der Plan von {name}, der fertig ist, wurde geändert: Geben Sie ihm den alten Plan oder einen anderen Namen";
         Value(why: Box<NumberError>) = "{why}", "{why}";
         LongLine(line: usize) = "line {line} is too long", "Zeile {line} ist zu lang";
         BadLine(line: usize) = "line {line} is not a valid line of an EDS", "Zeile {line} ist keine gültige Zeile einer EDS";

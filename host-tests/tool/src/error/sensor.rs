@@ -49,6 +49,8 @@ errors! {
         Lss: Silent "no-answer" = "the sensor does not answer LSS requests: `plumbline scan` finds it",
             "der Sensor antwortet nicht auf LSS-Anfragen: {NOT_FOUND_DE}",
             "the sensor does not answer LSS requests: {NOT_FOUND}";
+        Next(name: String, seconds: u64): Silent "no-answer" = "no sensor has answered at the address as delivered for {seconds} s ({name} is next): check power, wiring and the bit rate (--rate), or wait longer with --wait. The same command goes on",
+            "auf der Adresse wie geliefert hat {seconds} s lang kein Sensor geantwortet ({name} ist der nächste): Prüfen Sie Versorgung, Verdrahtung und Bitrate (--rate), oder warten Sie länger mit --wait. Derselbe Befehl setzt fort";
         Moved(address: String): Silent "no-answer" = "the sensor does not answer at the {address}: switch it off and on, then `plumbline scan`",
             "der Sensor antwortet nicht auf {address}: Schalten Sie ihn aus und ein. {NOT_FOUND_DE}",
             "the sensor does not answer at the {address}: {NOT_FOUND}";
@@ -77,6 +79,12 @@ errors! {
             "der Sensor hat {what} abgelehnt: {reason} ({code:08X}h). {next}";
         Unexpected(what: What): Refused "unexpected-answer" = "the answer to {what} does not fit the product: is --product right?",
             "die Antwort auf {what} passt nicht zum Produkt: Ist das richtige Produkt gewählt?";
+        NotInPlan(sensor: String): Refused "not-in-plan" = "no sensor of the plan that is next is this one ({sensor}): nothing has changed. Switch it off, or change the plan",
+            "dieser Sensor ({sensor}) ist keiner, der im Plan an der Reihe ist: Nichts hat sich geändert. Schalten Sie ihn aus, oder ändern Sie den Plan";
+        Together(address: String, serials: String): Usage "several-sensors" = "several sensors answer at {address}, with the serial numbers {serials}: leave only one of them on. The same command goes on",
+            "mehrere Sensoren antworten auf {address}, mit den Seriennummern {serials}: Lassen Sie nur einen eingeschaltet. Derselbe Befehl setzt fort";
+        NotKept(name: String, count: usize): Refused "not-kept" = "{count} settings of {name} differ from the plan after its restart: the same command writes them again",
+            "{count} Einstellungen von {name} sind nach seinem Neustart anders als im Plan: Derselbe Befehl schreibt sie noch einmal";
         BadIdentity(why: String): Refused "unexpected-answer" = "{why}", "die Identität ist nicht gültig: {why}";
         Owned(mac: u8): Refused "owned" = "another master owns the sensor with MAC ID {mac}: it is only listened to; stop that master and repeat",
             "ein anderer Master besitzt den Sensor mit der MAC ID {mac}: Er wird nur gehört; halten Sie diesen Master an, und wiederholen Sie";

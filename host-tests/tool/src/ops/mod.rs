@@ -5,6 +5,7 @@ pub(crate) mod adjust;
 pub(crate) mod align;
 pub(crate) mod backup;
 pub mod bridge;
+pub(crate) mod commission;
 pub(crate) mod doctor;
 mod factory;
 pub(crate) mod get;

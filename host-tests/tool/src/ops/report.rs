@@ -2,6 +2,7 @@
 
 use super::adjust::What;
 use super::align::Aligned;
+use super::commission::Commissioned;
 use super::doctor;
 use super::identity::Told;
 use super::replace::report::Replaced;
@@ -129,6 +130,8 @@ pub enum Report {
     Identity(Box<Told>),
     /// The offset of the mounting is zero.
     Aligned(Aligned),
+    /// The sensors of a plan are commissioned.
+    Commissioned(Commissioned),
     /// The new sensor has the settings of the old one.
     Replaced(Box<Replaced>),
     /// What is wrong with the bus.
@@ -179,6 +182,7 @@ impl Report {
             Self::Identity(told) => told.lines(),
             Self::Aligned(aligned) => aligned.lines(),
             Self::Doctor(report) => report.lines(),
+            Self::Commissioned(done) => done.lines(),
             Self::Replaced(done) => done.lines(),
         }
     }

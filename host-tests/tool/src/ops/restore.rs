@@ -109,6 +109,12 @@ fn document(differences: &[Difference]) -> Value {
     Value::Object(rows.collect::<Map<_, _>>())
 }
 
+/// The number of settings of a file of this product that differ from the sensor.
+pub(crate) fn compare(session: &mut Session, backup: Backup) -> Result<usize, Error> {
+    let backup = fitting(session, backup)?;
+    count_differences(session, &backup)
+}
+
 /// The number of settings of a file that differ from the sensor.
 pub(crate) fn count_differences(session: &mut Session, backup: &Backup) -> Result<usize, Error> {
     Ok(differences(session, backup)?.len())

@@ -2,10 +2,12 @@
 
 use super::{is_stopped, tables};
 use crate::error::Error;
-use crate::identify::{Found, TRIES, text_of};
+use crate::identify::{Found, PATIENT, TRIES, exchange, text_of};
 use crate::link::Link;
 use crate::master::canopen::sdo::{Answer, Server};
 use crate::master::{Node, Target};
+use plumbline::can::CanId;
+use plumbline::canopen::cob_id::SDO_REPLY;
 use plumbline::canopen::dictionary::Target as ObjectTarget;
 use plumbline::model::catalog::{PRODUCTS, Product};
 use plumbline::model::listing::canopen::Tables;
@@ -15,9 +17,11 @@ use plumbline::time::Duration;
 /// What a bootloader without a running program has as its firmware.
 const BOOTLOADER: &str = "bootloader";
 
+/// The identity object.
+const IDENTITY: u16 = 0x1018;
+
 /// The node by its identity object.
 pub(super) fn ask(link: &mut Link, node: u8, time: Duration) -> Result<Option<Found>, Error> {
-    const IDENTITY: u16 = 0x1018;
     const VERSION: u16 = 0x100A;
     let question = Server {
         time,
@@ -89,4 +93,34 @@ pub(super) fn ask(link: &mut Link, node: u8, time: Duration) -> Result<Option<Fo
         firmware,
         ..Found::at(Target::Canopen(Node(node)))
     }))
+}
+
+/// The serial numbers of other nodes with the same node-ID. Their replies come directly behind, or destroy each other for some time.
+pub(crate) fn others(link: &mut Link, node: u8, own: Option<u32>) -> Result<Vec<u32>, Error> {
+    let header = [0x43, 0x18, 0x10, 0x04];
+    let mut all: Vec<u32> = own.into_iter().collect();
+    for _ in 0..TRIES {
+        let first = Server::of(node).read(link, IDENTITY, 4)?;
+        let mut take = |serial: u32| {
+            if !all.contains(&serial) {
+                all.push(serial);
+            }
+        };
+        if let Answer::Done(bytes) = first
+            && bytes.len() == 4
+        {
+            take(number(&bytes));
+        }
+        link.wait_for(exchange(link, PATIENT), |frame| {
+            if let [a, b, c, d, serial @ ..] = frame.bytes()
+                && frame.can_id() == CanId::standard(SDO_REPLY + u16::from(node))
+                && [*a, *b, *c, *d] == header
+            {
+                take(number(serial));
+            }
+            None::<()>
+        })?;
+    }
+    all.retain(|serial| Some(*serial) != own);
+    Ok(all)
 }

@@ -4,7 +4,7 @@ pub(crate) mod cob_ids;
 mod cyclic;
 pub(super) mod decode;
 pub(crate) mod error_register;
-mod identify;
+pub(crate) mod identify;
 mod identity;
 pub mod lss;
 pub mod nmt;

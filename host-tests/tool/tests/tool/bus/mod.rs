@@ -7,6 +7,7 @@ mod bridge;
 #[cfg(unix)]
 mod calibrate;
 mod commands;
+mod commission;
 mod cyclic;
 mod data_sheets;
 mod decode;

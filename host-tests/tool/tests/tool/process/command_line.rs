@@ -189,6 +189,7 @@ const ALL: &[(&str, &str, i32)] = &[
     ("demo:is2", "update new.plu", 1),
     // The sensor as delivered sends nothing by itself.
     ("demo:is2", "doctor --seconds 1 --rate 250", 1),
+    ("demo:is2", "commission plan.toml", 0),
     ("demo:is2", "replace read old.toml --yes", 1),
     // A bridge without a broker goes on until its end.
     (
@@ -199,6 +200,9 @@ const ALL: &[(&str, &str, i32)] = &[
     ("demo:is2", "ports", 0),
     ("demo:is2", "completions bash", 0),
 ];
+
+/// A plan for the demonstration of an IS2.
+const PLAN: &str = "[[sensor]]\nname = \"boom\"\nproduct = \"is2\"\nparameters.cyclic-time = 300\n";
 
 #[test]
 fn every_command_ends_quietly_if_nobody_reads_its_output() {
@@ -217,6 +221,7 @@ fn every_command_ends_quietly_if_nobody_reads_its_output() {
     let sides = "up,ax_g,ay_g,az_g,temp_c\n+x,1,0,0,25\n-x,-1,0,0,25\n+y,0,1,0,25\n-y,0,-1,0,25\n+z,0,0,1,25\n-z,0,0,-1,25\n";
     std::fs::write(folder.join("sides.csv"), sides).expect("a file");
     std::fs::copy(program_for_an_update(), folder.join("is2.elf")).expect("a file");
+    std::fs::write(folder.join("plan.toml"), PLAN).expect("a file");
     std::fs::write(folder.join("bus.log"), "(1.5) can0 000#0100\n").expect("a file");
     let others = [("", "man", 0), ("", "--help", 0), ("", "get --help", 0)];
     for (port, words, code) in ALL.iter().copied().chain(others) {
@@ -362,6 +367,7 @@ fn every_command_line_of_the_document_works() {
     let list =
         "[[send]]\nframe = \"70A#05\"\nevery = 1000\n\n[[send]]\nframe = \"80#\"\nevery = 10\n";
     std::fs::write(folder.join("plc.toml"), list).expect("a file");
+    std::fs::write(folder.join("plan.toml"), PLAN).expect("a file");
     std::fs::copy(program_for_an_update(), folder.join("is2.elf")).expect("a file");
     for line in documented() {
         // A search of all identifiers takes 41 s; the server of the page runs until it is stopped.

@@ -1,0 +1,257 @@
+//! `commission`: sensors as delivered, which have the same address, get the settings of a plan one after the other.
+//!
+//! A sensor is taken when it answers at the address as delivered: after it was switched on, or, after an interruption, at its new address
+//! too. Its serial number selects it in the plan. The file with the state is written before the first write, and after the comparison.
+
+pub mod plan;
+pub mod state;
+
+use super::adjust::{What, adjust};
+use super::report::Report;
+use super::{address, restore};
+use crate::error::{Error, SensorError, Silence};
+use crate::identify::{self, Found};
+use crate::labels::Labels;
+use crate::link::Link;
+use crate::master::{Target, canopen, factory_rate, factory_target};
+use crate::note::Note;
+use crate::output::Terminal;
+use crate::session::Session;
+use adapter::Mode;
+use plan::{Item, Plan};
+use plumbline::can::BitRate;
+use plumbline::time::{Duration, after, millis};
+use serde::Serialize;
+use state::{Row, State};
+
+/// The time between two questions for the next sensor.
+const PAUSE: Duration = millis(300);
+
+/// The bit rate at which a sensor that detects the bit rate is asked, without `--rate`.
+const DETECTED: BitRate = BitRate::K250;
+
+/// The sensors of a plan.
+#[derive(Clone, Debug, Serialize)]
+pub struct Commissioned {
+    /// Each sensor.
+    pub sensors: Vec<Row>,
+}
+
+impl Commissioned {
+    /// For people.
+    pub fn lines(&self) -> Vec<String> {
+        self.sensors.iter().map(Row::line).collect()
+    }
+}
+
+/// What a user selects.
+#[derive(Clone, Copy, Debug)]
+pub struct Wish {
+    /// The bit rate of the sensors as delivered; None: that of their product.
+    pub rate: Option<BitRate>,
+    /// How long the tool waits for the next sensor.
+    pub wait: Duration,
+}
+
+/// Commissions all sensors of the plan that are not done yet.
+pub(crate) fn commission(
+    link: Link,
+    (plan, state): (&Plan, &mut State),
+    wish: Wish,
+    labels: &mut Labels,
+    terminal: &mut Terminal,
+) -> Result<Commissioned, Error> {
+    let mut link = link;
+    let is_done = |state: &State, item: &Item| state.row(&item.name).is_some_and(|row| row.done);
+    while let Some(first) = plan.sensors.iter().find(|item| !is_done(state, item)) {
+        let product = first.settings.sheet.product;
+        let waiting: Vec<&Item> = plan
+            .sensors
+            .iter()
+            .filter(|item| !is_done(state, item) && item.is_of(product))
+            .collect();
+        let rate = wish.rate.or(factory_rate(product)).unwrap_or(DETECTED);
+        link.open(Some(rate), Mode::Active)?;
+        terminal.note(&Note::SwitchOn(first.name.clone(), product.name));
+        let (item, found) = next(&mut link, &waiting, state, wish.wait, terminal)?;
+        let mut session = Session::new(link, found.target, product);
+        let result = one(&mut session, item, found, (state, labels), terminal);
+        for note in session.notes.drain(..) {
+            terminal.note(&note);
+        }
+        if result.is_err() {
+            session.link.end();
+        }
+        let released = session.release();
+        let row = result?;
+        released?;
+        terminal.note(&Note::Commissioned(row.line()));
+        let target = session.target;
+        link = session.link;
+        let is_last = plan.sensors.iter().all(|item| is_done(state, item));
+        if plan.alone && !is_last {
+            terminal.note(&Note::SwitchOff(row.name));
+            gone(&mut link, target, wish.wait)?;
+        }
+    }
+    link.close();
+    let rows = plan.sensors.iter();
+    let rows = rows.filter_map(|item| state.row(&item.name).cloned());
+    Ok(Commissioned {
+        sensors: rows.collect(),
+    })
+}
+
+/// Waits for a sensor of the plan.
+fn next<'a>(
+    link: &mut Link,
+    waiting: &[&'a Item],
+    state: &State,
+    wait: Duration,
+    terminal: &mut Terminal,
+) -> Result<(&'a Item, Found), Error> {
+    let [first, ..] = waiting else {
+        return Err(Silence::Request.into());
+    };
+    let product = first.settings.sheet.product;
+    let mut targets: Vec<Target> = factory_target(product).into_iter().collect();
+    // One whose commissioning was interrupted can have its new address.
+    for item in waiting
+        .iter()
+        .filter(|item| state.row(&item.name).is_some())
+    {
+        let own = item.target();
+        let own = own.filter(|own| !targets.iter().any(|other| other.is_at(*own)));
+        targets.extend(own);
+    }
+    let until = after(link.now(), wait);
+    loop {
+        for target in &targets {
+            let Some(mut found) = identify::ask(link, *target, identify::PATIENT)? else {
+                continue;
+            };
+            if let Some(node) = target.node_id() {
+                found.twins = canopen::identify::others(link, node, found.serial)?;
+            }
+            if !found.twins.is_empty() {
+                let all = found.serial.iter().chain(&found.twins);
+                let all: Vec<String> = all.map(u32::to_string).collect();
+                return Err(SensorError::Together(target.named(), all.join(" and ")).into());
+            }
+            if state.is_done(found.serial) {
+                continue;
+            }
+            if let Some(item) = chosen(waiting, state, &found) {
+                return Ok((item, found));
+            }
+            let sensor = found.line(link.rate());
+            return Err(SensorError::NotInPlan(sensor).into());
+        }
+        if link.now() >= until {
+            let seconds = wait.ticks() / 1_000_000;
+            return Err(Silence::Next(first.name.clone(), seconds).into());
+        }
+        terminal.hide();
+        link.wait_for(PAUSE, |_| None::<()>)?;
+    }
+}
+
+/// The sensor of the plan that this is.
+fn chosen<'a>(waiting: &[&'a Item], state: &State, found: &Found) -> Option<&'a Item> {
+    let product = waiting.first()?.settings.sheet.product;
+    let mut products = found.products.iter();
+    if !products.any(|own| own.name == product.name) {
+        return None;
+    }
+    let begun = |item: &&&Item| {
+        let row = state.row(&item.name);
+        row.is_some_and(|row| row.serial.is_some() && row.serial == found.serial)
+    };
+    let own = |item: &&&Item| item.serial.is_some() && item.serial == found.serial;
+    let any = |item: &&&Item| item.serial.is_none() && state.row(&item.name).is_none();
+    // One that has begun, but whose sensor was exchanged since.
+    let other = |item: &&&Item| item.serial.is_none();
+    let mut ways: [&dyn Fn(&&&Item) -> bool; 4] = [&begun, &own, &any, &other];
+    let found = ways
+        .iter_mut()
+        .find_map(|way| waiting.iter().find(|item| way(item)));
+    found.copied()
+}
+
+/// Gives one sensor its name and settings, restarts it, and compares.
+fn one(
+    session: &mut Session,
+    item: &Item,
+    mut found: Found,
+    (state, labels): (&mut State, &mut Labels),
+    terminal: &mut Terminal,
+) -> Result<Row, Error> {
+    let mut row = Row {
+        name: item.name.clone(),
+        product: session.sheet.product.name.to_owned(),
+        serial: found.serial,
+        firmware: found.firmware.clone(),
+        address: found.target.named(),
+        rate: None,
+        settings: item.settings.values.len(),
+        zero: Vec::new(),
+        done: false,
+        plan: item.text.clone(),
+    };
+    state.keep(row.clone())?;
+    match labels.set(&found, Some(&item.name)) {
+        Ok(()) => found.label = Some(item.name.clone()),
+        Err(failure) => terminal.note(&Note::NotLabelled(failure)),
+    }
+    let mut settings = item.settings.clone();
+    settings.serial = found.serial;
+    restore::restore(
+        session,
+        &found,
+        (settings.clone(), item.name.clone()),
+        &[],
+        terminal,
+    )?;
+    found.target = session.target;
+    if item.zero {
+        let report = adjust(session, &found, What::Zero, (None, true), terminal)?;
+        if let Report::Adjusted(adjusted) = report {
+            let angles = adjusted.angles.0.into_iter();
+            row.zero = angles
+                .map(|own| format!("{} {}", own.name, own.text))
+                .collect();
+        }
+    }
+    let rate = item.rate().or(session.link.rate());
+    session.restart()?;
+    if rate != session.link.rate() {
+        session.link.open(rate, Mode::Active)?;
+    }
+    let target = item.target().unwrap_or(session.target);
+    address::arrive(session, target)?;
+    found.target = target;
+    identify::is_same(session, &found)?;
+    match restore::compare(session, settings)? {
+        0 => {}
+        count => return Err(SensorError::NotKept(item.name.clone(), count).into()),
+    }
+    row.address = target.named();
+    row.rate = rate.map(|rate| rate.name().to_owned());
+    row.done = true;
+    state.keep(row.clone())?;
+    Ok(row)
+}
+
+/// Waits until a sensor is switched off.
+fn gone(link: &mut Link, target: Target, wait: Duration) -> Result<(), Error> {
+    let until = after(link.now(), wait);
+    let mut silent = 0;
+    while silent < 3 && link.now() < until {
+        silent = match identify::ask(link, target, identify::PATIENT)? {
+            Some(_) => 0,
+            None => silent + 1,
+        };
+        link.wait_for(PAUSE, |_| None::<()>)?;
+    }
+    Ok(())
+}
