@@ -140,6 +140,8 @@ fn action_of_the_page_needs_few_frames() {
     ] {
         let (server, shared) = served(product);
         shared.is_still.store(true, Ordering::Relaxed);
+        // The time before, which is as long as the computer makes it, can have ended a connection of DeviceNet.
+        run(&server, json!({"get": {"names": [name]}}));
         let actions: [Value; 6] = [
             json!({"label": {"name": "boom"}}),
             json!({"get": {"names": [name]}}),
