@@ -11,6 +11,9 @@ pub const FLASH: u64 = 53 * 1024;
 /// Without a bootloader: the product with two protocols.
 pub const FLASH_ALONE: u64 = 62 * 1024;
 
+/// The bootloader of the Blue Pill without signatures, in bytes.
+pub const BOOTLOADER: u64 = 6 * 1024;
+
 /// The limit of the program of a product.
 pub fn flash(product: &Product) -> u64 {
     match product.protocol {

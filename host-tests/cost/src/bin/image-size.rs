@@ -1,4 +1,4 @@
-//! Prints the size of every product's firmware image on all boards. Fails when one grew by more than 10 % over the recorded size
+//! Prints the size of every product's firmware image on all boards, and of the bootloaders. Fails when one grew by more than 10 % over the recorded size
 //! (`image_sizes.toml`), exceeds the flash of the Blue Pill, or has an instruction that an erratum of its processor makes unsafe.
 //!
 //! Build the images first: `cargo build-bluepill`, `cargo build-nucleo`, `cargo build-nucleo-f103rb`.
@@ -6,7 +6,8 @@
 use clap::Parser;
 use cost::limits;
 use cost::recorded::grew;
-use plumbline::model::catalog::{PRODUCTS, Product, base};
+use plumbline::model::catalog::{PRODUCTS, base};
+use plumbline::update::layout::LAYOUTS;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::error::Error;
@@ -46,9 +47,34 @@ const HEAD: &str = "\
 /// A size that is always permitted to grow.
 const FEW: u64 = 64;
 
-/// The largest program of a product on a board in bytes, if it is not the linker script that limits it.
-fn limit(board: Board, product: &Product) -> Option<u64> {
-    (board == Board::BluePill).then(|| limits::flash(product))
+/// The name of the program that is no product.
+const BOOTLOADER: &str = "bootloader";
+
+/// A program of a board.
+struct Program {
+    name: &'static str,
+    /// The name under which its size is recorded. The size of products that differ by constants only is recorded once.
+    recorded: &'static str,
+    /// The largest size in bytes, if it is not the linker script that limits it.
+    limit: Option<u64>,
+}
+
+/// The programs of a board.
+fn programs(board: Board) -> impl Iterator<Item = Program> {
+    let is_bluepill = board == Board::BluePill;
+    let products = PRODUCTS.iter().map(move |product| Program {
+        name: product.name,
+        recorded: base(product).unwrap_or(product).name,
+        limit: is_bluepill.then(|| limits::flash(product)),
+    });
+    let name = board.facts().name;
+    let has_bootloader = LAYOUTS.iter().any(|layout| layout.name == name);
+    let bootloader = has_bootloader.then_some(Program {
+        name: BOOTLOADER,
+        recorded: BOOTLOADER,
+        limit: is_bluepill.then_some(limits::BOOTLOADER),
+    });
+    products.chain(bootloader)
 }
 
 /// The size of an image in bytes.
@@ -60,13 +86,8 @@ struct Bytes {
 }
 
 /// The error of a size, if any.
-fn complaint(
-    board: Board,
-    product: &Product,
-    size: Bytes,
-    recorded: Option<Bytes>,
-) -> Option<String> {
-    if let Some(limit) = limit(board, product)
+fn complaint(program: &Program, size: Bytes, recorded: Option<Bytes>) -> Option<String> {
+    if let Some(limit) = program.limit
         && size.flash > limit
     {
         return Some(format!(
@@ -74,7 +95,7 @@ fn complaint(
             size.flash
         ));
     }
-    // A new product has no recorded size yet.
+    // A new program has no recorded size yet.
     let recorded = recorded?;
     let (flash, ram) = (recorded.flash, recorded.ram);
     (grew(size.flash, flash, FEW) || grew(size.ram, ram, FEW))
@@ -111,24 +132,21 @@ fn run(options: &Options) -> Result<Vec<String>, Box<dyn Error>> {
     for board in Board::ALL {
         let folder = options.target.join(firmware::folder(board));
         let board_name = board.facts().name;
-        for product in PRODUCTS {
-            let path = folder.join(product.name);
+        for program in programs(board) {
+            let path = folder.join(program.name);
             let place = path.display();
             let elf = std::fs::read(&path).map_err(|error| format!("{place}: {error}"))?;
             let size = Size::of(&elf).map_err(|error| format!("{place}: {error}"))?;
             println!("{size}  {place}");
             complaints.extend(firmware::check(&path).err().map(|error| error.to_string()));
-            // The size of products that differ by constants only is recorded once.
-            let name = base(product).unwrap_or(product).name;
             let Size { flash, ram } = size;
             let size = Bytes { flash, ram };
-            let known = recorded.get(board_name).and_then(|sizes| sizes.get(name));
-            complaints.extend(
-                complaint(board, product, size, known.copied())
-                    .map(|error| format!("{place}: {error}")),
-            );
+            let known = recorded.get(board_name);
+            let known = known.and_then(|sizes| sizes.get(program.recorded));
+            let error = complaint(&program, size, known.copied());
+            complaints.extend(error.map(|error| format!("{place}: {error}")));
             let sizes = measured.entry(board_name.to_owned()).or_default();
-            sizes.entry(name.to_owned()).or_insert(size);
+            sizes.entry(program.recorded.to_owned()).or_insert(size);
         }
     }
     if options.record {
