@@ -98,8 +98,8 @@ fn rig(product: &str) -> Rig {
 
 /// The same with this bootloader.
 fn rig_behind(bootloader: &Image, product: &str) -> Rig {
-    let mut rig = Rig::new(BusRate::Fixed(BitRate::K125));
-    (rig.rate, rig.says_yes) = (Some("125"), true);
+    let mut rig = Rig::new(BusRate::Fixed(BitRate::K500));
+    (rig.rate, rig.says_yes) = (Some("500"), true);
     attach_behind(&mut rig, bootloader, product, SERIAL);
     let other = rig.bus.borrow_mut().adapter();
     rig.bus.borrow_mut().open(other, None, false);
@@ -118,8 +118,25 @@ fn attach_behind(rig: &mut Rig, bootloader: &Image, product: &str, serial: u32) 
     let program = Image::parse(elf(product)).unwrap();
     let image = Rc::new(program.behind(bootloader).expect("they fit"));
     let name = find(product).expect("a product").name;
-    let flash = Flash::blank(Board::BluePill.chip().facts().geometry);
+    let flash = with_500_kbits(product, serial);
     rig.attach_sensor(Microcontroller::new(name, image, serial, flash, tilted()).quiet());
+}
+
+/// The memory of a sensor with this bit rate, at which a download needs a quarter of the time as delivered.
+fn with_500_kbits(product: &str, serial: u32) -> Flash {
+    let mut rig = Rig::new(BusRate::Follow);
+    (rig.rate, rig.says_yes) = (Some("125"), true);
+    let id = rig.attach(product, serial);
+    rig.run(2300);
+    let address = match product {
+        "jn2101" => "--node 10",
+        "is2" => "--id 300",
+        _ => "--mac 63",
+    };
+    rig.done(&format!("{address} rate 500"));
+    let mut bus = rig.bus.borrow_mut();
+    let bytes = bus.device_mut(id).flash().bytes().to_vec();
+    Flash::with_content(Board::BluePill.chip().facts().geometry, bytes)
 }
 
 /// The sensor gets a setting and takes a newer program.
@@ -277,7 +294,7 @@ fn update_that_was_interrupted_is_completed_by_the_next_one() {
         rig.cut = None;
         rig.run(3000);
         if product == "jn2101" {
-            let rows = rig.json("--rate 125 scan --active");
+            let rows = rig.json("--rate 500 scan --active");
             let told = ["product", "address", "firmware"].map(|key| &rows[0][key]);
             assert_eq!(told, ["jn2101", "10", "bootloader"], "{rows}");
         }
