@@ -46,6 +46,9 @@
 //! is compared before the commit, also by the start after a power cut. A key in the boot record could be lost in the erase of its page, so
 //! its place is the [write-protected flash of the bootloader](Layout::key). Who has a probe can always replace it.
 //!
+//! An older program with a signature is taken with the permission of the client: there is no lowest permitted version. It would need a place that a
+//! power cut cannot erase, and the bootloader with signatures has 12 bytes left.
+//!
 //! # A power cut
 //!
 //! A program is complete when the last half-word of its header is 0000h. It is programmed after all other bytes were compared. Each start

@@ -228,6 +228,14 @@ pub trait Master {
         Ok(false)
     }
 
+    /// Whether a bootloader waits at an address at which no sensor has answered. Asked once, with this wait.
+    ///
+    /// # Errors
+    /// The adapter fails.
+    fn waits(&self, _link: &mut Link, _time: Duration) -> Result<bool, Error> {
+        Ok(false)
+    }
+
     /// The SDO server of the bootloader of the sensor; None: its identifiers are not known.
     ///
     /// # Errors

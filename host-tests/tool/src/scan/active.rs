@@ -5,7 +5,7 @@
 
 use super::listen::Frames;
 use super::passive::is_used;
-use super::row::{Row, Rows};
+use super::row::{By, Heard, Row, Rows};
 use crate::error::Error;
 use crate::identify;
 use crate::link::Link;
@@ -23,6 +23,9 @@ const SEARCH: Duration = millis(20);
 
 /// The bits of a question and an answer of the search.
 const SEARCH_BITS: u32 = 150;
+
+/// What a bootloader is called in documents.
+const BOOTLOADER: &str = "bootloader";
 
 /// The identifiers of the search between two updates of the progress.
 const STEP: u16 = 32;
@@ -79,6 +82,9 @@ impl Questions<'_> {
                 if rows.answers() > before {
                     return self.everywhere(link, rows, terminal);
                 }
+                if pass > 0 && self.bootloaders(link, rows, terminal)? {
+                    return Ok(());
+                }
                 link.close();
             }
         }
@@ -130,6 +136,32 @@ impl Questions<'_> {
             rows.add(link.rate(), Row::Found(found), terminal)?;
         }
         Ok(())
+    }
+
+    /// The bootloaders of sensors that do not speak CANopen, at the addresses as delivered only: their requests have eight bytes, which can
+    /// be a command to another device. Returns whether there is one.
+    fn bootloaders(
+        &self,
+        link: &mut Link,
+        rows: &mut Rows,
+        terminal: &mut Terminal,
+    ) -> Result<bool, Error> {
+        let mut is_one = false;
+        for target in factory_targets() {
+            let time = identify::question(link, identify::QUICK);
+            if self.permit(target) && target.waits(link, time)? {
+                is_one = true;
+                let row = Row::Heard(Heard {
+                    protocol: target.protocol().name,
+                    address: Some(target.address()),
+                    serial: None,
+                    text: Some(BOOTLOADER.to_owned()),
+                    by: By::Bootloader,
+                });
+                rows.add(link.rate(), row, terminal)?;
+            }
+        }
+        Ok(is_one)
     }
 
     /// All node-IDs and MAC IDs, a node without address, and the nodes that tell their addresses.

@@ -46,6 +46,8 @@ pub enum By {
         /// The identifier for requests, if it is known.
         request: Option<CanId>,
     },
+    /// Its bootloader, which waits for a program.
+    Bootloader,
     /// I/O messages of DeviceNet: another master owns it.
     Owned,
     /// I/O messages or TPDOs that another device could also send.
@@ -179,6 +181,10 @@ impl Row {
         let address = heard.address.as_deref().unwrap_or("?");
         match heard.by {
             By::Message => None,
+            By::Bootloader => Some(format!(
+                "plumbline {rate}{} {address} update FILE    its bootloader waits for a program",
+                Protocol::named(heard.protocol).map_or("", |own| own.option)
+            )),
             By::Cyclic {
                 request: Some(request),
                 ..

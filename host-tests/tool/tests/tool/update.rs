@@ -305,6 +305,31 @@ fn update_that_was_interrupted_is_completed_by_the_next_one() {
     }
 }
 
+/// A CANopen sensor tells its product: see above.
+#[test]
+fn scan_finds_the_bootloader_of_a_sensor_without_canopen() {
+    let all = [
+        ("is2", "fsc", "--id", "300"),
+        ("tiltix080", "devicenet", "--mac", "63"),
+    ];
+    for (product, protocol, option, address) in all {
+        let files = Files::new(product, &format!("scan-{product}"));
+        let mut rig = rig(product);
+        let image = files.image(1);
+        rig.cut = Some(400);
+        let line = format!("{option} {address} update {} --no-backup", image.display());
+        assert_ne!(rig.tool(&line).code, 0);
+        rig.cut = None;
+        rig.run(3000);
+        let rows = rig.json("--rate 125 scan --active");
+        let told = ["protocol", "address", "heard"].map(|key| &rows[0][key]);
+        assert_eq!(told, [protocol, address, "bootloader"], "{rows}");
+        let ended = rig.tool("--rate 125 scan --active");
+        let next = format!("plumbline --rate 125 {option} {address} update FILE");
+        assert!(ended.out.contains(&next), "{ended:?}");
+    }
+}
+
 #[test]
 fn sensor_without_a_bootloader_is_told_and_nothing_changes() {
     for (product, options) in [

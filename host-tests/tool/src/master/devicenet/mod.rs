@@ -15,7 +15,10 @@ use crate::cyclic::Started;
 use crate::error::{Error, RequestError, What};
 use crate::identify::Found;
 use crate::link::Link;
-use crate::master::canopen::sdo::{self, Server};
+use crate::master::canopen::{
+    self,
+    sdo::{self, Server},
+};
 use crate::master::devicenet::explicit::{Path, Slave};
 use crate::ops::identity::Values;
 use crate::ops::raw::{bad, bytes};
@@ -140,6 +143,13 @@ impl Master for Slave {
 
     fn enter_bootloader(&self, session: &mut Session) -> Result<(), Error> {
         self.enter_bootloader_in(session)
+    }
+
+    fn waits(&self, link: &mut Link, time: Duration) -> Result<bool, Error> {
+        let Some(server) = self.bootloader(link)? else {
+            return Ok(false);
+        };
+        canopen::is_stopped(link, Server { time, ..server })
     }
 
     fn bootloader(&self, _link: &mut Link) -> Result<Option<Server>, Error> {

@@ -178,6 +178,11 @@ impl Master for Sensor {
         self.enter_bootloader_in(session)
     }
 
+    fn waits(&self, link: &mut Link, time: Duration) -> Result<bool, Error> {
+        let reply = session::bootloader_reply_within(link, self.request, time)?;
+        Ok(reply.is_some())
+    }
+
     fn bootloader(&self, link: &mut Link) -> Result<Option<Server>, Error> {
         let reply = match self.reply {
             None => session::bootloader_reply(link, self.request)?,

@@ -26,18 +26,27 @@ const SERIAL: u8 = 0x04;
 
 /// The identifier of the replies of a bootloader that waits at this identifier of requests.
 pub(super) fn bootloader_reply(link: &mut Link, request: CanId) -> Result<Option<CanId>, Error> {
-    // Reads 1F51h:01, which is 0.
-    let question = Frame::of(request, [0x40, 0x51, 0x1F, 1, 0, 0, 0, 0], 8);
-    let answer = [0x4F, 0x51, 0x1F, 1, 0, 0, 0, 0];
     for _ in 0..BOOTLOADER_TRIES {
-        let reply = link.ask(&question, fsc::ANSWER, |frame| {
-            (frame.bytes() == answer).then(|| frame.can_id())
-        })?;
+        let reply = bootloader_reply_within(link, request, fsc::ANSWER)?;
         if reply.is_some() {
             return Ok(reply);
         }
     }
     Ok(None)
+}
+
+/// The same, asked once.
+pub(super) fn bootloader_reply_within(
+    link: &mut Link,
+    request: CanId,
+    time: Duration,
+) -> Result<Option<CanId>, Error> {
+    // Reads 1F51h:01, which is 0.
+    let question = Frame::of(request, [0x40, 0x51, 0x1F, 1, 0, 0, 0, 0], 8);
+    let answer = [0x4F, 0x51, 0x1F, 1, 0, 0, 0, 0];
+    link.ask(&question, time, |frame| {
+        (frame.bytes() == answer).then(|| frame.can_id())
+    })
 }
 
 impl Sensor {
