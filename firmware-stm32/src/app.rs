@@ -11,6 +11,7 @@ use crate::board::{self, Board, CanPeripheral, ImuWires, StatusLeds, Switches, W
 use crate::can::mailboxes::Mailboxes;
 use crate::can::{self, Bus, BusEvents};
 use crate::flash::ParameterFlash;
+use crate::guard::Guard;
 use crate::imu::Element;
 use crate::link::Shared;
 #[cfg(feature = "behind-bootloader")]
@@ -23,7 +24,7 @@ use plumbline::application::Application;
 use plumbline::calibration_line;
 use plumbline::measure::{I32x3, ONE_G, Reading, SAMPLE_PERIOD};
 use plumbline::node::driver::{Driver, Line, Output, Platform, TwoPriorities};
-use plumbline::node::{Leds, ProductNode, StoreOf};
+use plumbline::node::{Leds, ProductNode, Protocol, StoreOf};
 use plumbline::store::{Owner, Store, StoreError};
 use plumbline::time::{Instant, after, earlier};
 #[cfg(feature = "behind-bootloader")]
@@ -77,9 +78,15 @@ pub unsafe fn run<N: ProductNode, E: Element>(
     let Some(line) = singleton!(: Line<Mailboxes> = Line::new(Mailboxes::EMPTY)) else {
         SCB::sys_reset()
     };
+    // Not with J1939: measured, the slowest answer of the IMS360 would take longer than 22 us.
+    let is_guarded = !<N::Protocol as Protocol<N::Application>>::CHANGES_FILTERS;
+    let guard = is_guarded.then(|| Guard::new::<N>(communication, line, now));
     link.start(communication, line);
     // None only on a second call.
     let Some(bus) = Bus::new(can) else {
+        SCB::sys_reset()
+    };
+    let Some(outputs) = singleton!(OUTPUTS: [Outputs; 2] = [Outputs::OFF; 2]) else {
         SCB::sys_reset()
     };
     let mut app = App {
@@ -89,10 +96,10 @@ pub unsafe fn run<N: ProductNode, E: Element>(
             store,
             leds,
             switches,
-            lit: Leds::default(),
-            terminated: false,
-            heating: 0,
+            outputs,
         },
+        link,
+        guard,
         sample_due: now,
         reading: None,
     };
@@ -172,18 +179,48 @@ struct Hardware<N: ProductNode, E: Element + 'static> {
     store: &'static mut ParameterStore<N>,
     leds: StatusLeds,
     switches: Switches,
-    /// The outputs: the LEDs that are on, the terminating resistor, the power of the heater in permille.
+    /// The present outputs, twice: a disturbance of one is found.
+    outputs: &'static mut [Outputs; 2],
+}
+
+/// The LEDs that are on, the terminating resistor, the power of the heater in permille.
+#[derive(Clone, Copy, PartialEq, Eq)]
+struct Outputs {
     lit: Leds,
     terminated: bool,
     heating: u16,
 }
 
+impl Outputs {
+    const OFF: Self = Self {
+        lit: Leds {
+            run: false,
+            error: false,
+            module_green: false,
+            module_red: false,
+        },
+        terminated: false,
+        heating: 0,
+    };
+}
+
 impl<N: ProductNode, E: Element> Hardware<N, E> {
-    /// Sets the outputs again: a disturbance can have changed them.
+    /// Sets the outputs again: a disturbance can have changed them. Restarts if it has changed their values.
     fn refresh(&mut self) {
-        self.leds.show(self.lit);
-        self.switches.terminate(self.terminated);
-        self.switches.heat(self.heating);
+        let [outputs, copy] = *self.outputs;
+        if outputs != copy {
+            error!("restart: the outputs are disturbed");
+            board::restart();
+        }
+        self.leds.show(outputs.lit);
+        self.switches.terminate(outputs.terminated);
+        self.switches.heat(outputs.heating);
+    }
+
+    /// Changes both copies of the outputs, then sets them.
+    fn set(&mut self, change: impl Fn(&mut Outputs)) {
+        self.outputs.iter_mut().for_each(change);
+        self.refresh();
     }
 }
 
@@ -192,18 +229,9 @@ impl<N: ProductNode, E: Element> Platform for Hardware<N, E> {
 
     fn perform(&mut self, output: Output) {
         match output {
-            Output::Leds(leds) => {
-                self.lit = leds;
-                self.leds.show(leds);
-            }
-            Output::Termination(on) => {
-                self.terminated = on;
-                self.switches.terminate(on);
-            }
-            Output::Heater(permille) => {
-                self.heating = permille;
-                self.switches.heat(permille);
-            }
+            Output::Leds(leds) => self.set(|outputs| outputs.lit = leds),
+            Output::Termination(on) => self.set(|outputs| outputs.terminated = on),
+            Output::Heater(permille) => self.set(|outputs| outputs.heating = permille),
             Output::SelfTest => self.element.test(),
         }
     }
@@ -240,6 +268,8 @@ impl<N: ProductNode, E: Element> Platform for Hardware<N, E> {
 struct App<N: ProductNode, E: Element + 'static> {
     driver: Driver<TwoPriorities<'static, &'static Shared<N>, BusEvents<N>>>,
     hardware: Hardware<N, E>,
+    link: &'static Shared<N>,
+    guard: Option<Guard>,
     sample_due: Instant,
     /// A reading for the measuring half.
     reading: Option<Reading>,
@@ -299,7 +329,12 @@ impl<N: ProductNode, E: Element + 'static> App<N, E> {
             // The flash was busy. The FIFO of the accelerometer has the values.
             self.sample_due = after(now, SAMPLE_PERIOD);
         }
-        self.driver.controller_mut().bus.inspect(now);
+        let bus = &mut *self.driver.controller_mut().bus;
+        if bus.inspect(now)
+            && let Some(guard) = &mut self.guard
+        {
+            guard.check(&self.link, bus, now);
+        }
         self.hardware.refresh();
         self.hardware.element.start(now);
         self.measure_supply();

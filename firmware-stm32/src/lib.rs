@@ -52,6 +52,8 @@ pub mod clock;
 #[cfg(board)]
 pub mod flash;
 #[cfg(board)]
+mod guard;
+#[cfg(board)]
 mod kept;
 #[cfg(board)]
 pub mod link;

@@ -298,6 +298,10 @@ impl<P: Product> Protocol<P::Application> for Canopen<P> {
         Some(self.services.contact(cx))
     }
 
+    fn address(&self) -> Option<u32> {
+        Some(self.services.node_id.into())
+    }
+
     fn filters(&self, _cx: &ContextOf<P>, accept: &mut dyn FnMut(Filter)) {
         let services = &self.services;
         if P::Lss::PRESENT {

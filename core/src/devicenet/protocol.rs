@@ -297,6 +297,10 @@ impl<P: Product> Protocol<P::Application> for Devicenet<P> {
         })
     }
 
+    fn address(&self) -> Option<u32> {
+        Some(self.mac.into())
+    }
+
     fn filters(&self, _cx: &ContextOf<P>, accept: &mut dyn FnMut(Filter)) {
         let messages = [
             group_2::ACKNOWLEDGE,

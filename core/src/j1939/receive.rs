@@ -213,6 +213,11 @@ impl<P: Product> J1939<P> {
         }
     }
 
+    /// The address that is ours.
+    pub fn address(&self) -> Option<u8> {
+        self.claim.address()
+    }
+
     /// Calls `accept` for each acceptance filter.
     pub fn filters(&self, accept: &mut dyn FnMut(Filter)) {
         let mut add = |pgn: Pgn, destination: u8, mask: u32| {

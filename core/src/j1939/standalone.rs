@@ -115,6 +115,10 @@ impl<P: Product> Protocol<P::Application> for Standalone<P> {
         earliest.consider(self.j1939.deadline());
     }
 
+    fn address(&self) -> Option<u32> {
+        self.j1939.address().map(u32::from)
+    }
+
     fn filters(&self, _cx: &ContextOf<P>, accept: &mut dyn FnMut(Filter)) {
         self.j1939.filters(accept);
     }

@@ -289,6 +289,13 @@ impl<P: Both> Protocol<ApplicationOf<P>> for CanopenOrJ1939<P> {
         }
     }
 
+    fn address(&self) -> Option<u32> {
+        if self.canopen.is_hosted() {
+            return self.j1939.address().map(u32::from);
+        }
+        self.canopen.address()
+    }
+
     fn filters(&self, cx: &ContextOf<P>, accept: &mut dyn FnMut(Filter)) {
         if self.canopen.is_hosted() {
             self.j1939.filters(accept);

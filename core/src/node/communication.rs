@@ -1,7 +1,7 @@
 //! The communicating half of a node.
 
 use super::shell::cause;
-use super::{Action, BusChange, BusEvent, Context, NodeState, Patterns, Protocol, Shell};
+use super::{Action, BusChange, BusEvent, BusMode, Context, NodeState, Patterns, Protocol, Shell};
 use crate::application::{Application, Values};
 use crate::can::{Filter, Frame};
 use crate::param::Parameters;
@@ -47,6 +47,25 @@ impl<A: Application, P: Protocol<A>> Communication<A, P> {
     /// it waits for a [task](Self::task), a save or a restart.
     pub fn ready(&self) -> bool {
         self.context.shell.ready(0)
+    }
+
+    /// Whether it can take a frame, and takes part in the bus as this mode of the controller needs it. For a driver that checks the node: if
+    /// this is false for long although the controller works and its mailboxes are empty, a disturbance has changed the state.
+    pub fn serves(&self, mode: BusMode) -> bool {
+        let takes_part = match self.context.shell.state() {
+            NodeState::Online => mode == BusMode::Normal,
+            NodeState::Detecting(_) => mode == BusMode::Listen,
+            _ => false,
+        };
+        takes_part && self.ready()
+    }
+
+    /// The [address](Protocol::address) of the node; None while a change of the filters is pending.
+    pub fn address(&self) -> Option<u32> {
+        if self.context.shell.is_blocked(cause::BUS) {
+            return None;
+        }
+        self.protocol.address()
     }
 
     /// Processes a received frame: most requests are answered at once, in the queue of frames to send.

@@ -116,6 +116,10 @@ pub trait Protocol<A: Application>: Sized + Send + 'static {
         false
     }
 
+    /// The address of the node, or its identifiers as one number; None while it has no address. It only changes to another one together with
+    /// the [filters](Self::filters), so a driver finds a change by a disturbance.
+    fn address(&self) -> Option<u32>;
+
     /// Starts with the first published values: [goes online](Shell::go_online), unless it detects the bit rate.
     fn start(&mut self, cx: &mut Context<A>, now: Instant);
 

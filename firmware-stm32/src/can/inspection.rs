@@ -4,6 +4,7 @@
 use super::{Bus, Change, transmit, unmask_interrupts};
 use crate::board;
 use crate::clock;
+use plumbline::node::BusMode;
 use plumbline::time::{Duration, Instant, after, millis};
 
 /// The time between comparisons. If the disturbance has selected the internal oscillator, this time is up to eight times as long.
@@ -49,12 +50,17 @@ impl Digest {
 
 impl Bus {
     /// Compares the configuration of board and controller with the values that were set, and restores it if it has changed. Call it often,
-    /// while the SPI is idle.
-    pub fn inspect(&mut self, now: Instant) {
+    /// while the SPI is idle. Returns false if it is not time for it.
+    pub fn inspect(&mut self, now: Instant) -> bool {
         if !clock::is_due(now, self.inspection, PERIOD) {
-            return;
+            return false;
         }
         self.inspection = after(now, PERIOD);
+        self.compare();
+        true
+    }
+
+    fn compare(&mut self) {
         let restored = board::restore();
         unmask_interrupts();
         board::set_up_debugging();
@@ -87,6 +93,27 @@ impl Bus {
         // RCC resets the controller: a disturbance can have set silent mode, in which the transmit output can stay dominant until such a
         // reset.
         self.reset(true);
+    }
+
+    /// The mode in which the node must take part in the bus. None while it cannot: the controller is not on the bus or in bus-off, or the bus
+    /// takes no frame. This is from the registers, because a disturbance can have changed the variables.
+    pub fn serving(&mut self) -> Option<BusMode> {
+        let listens = self.is_listening();
+        let registers = self.registers();
+        let is_away = registers.msr().read().bits() & OFF_THE_BUS != 0;
+        if is_away || self.setup.is_none() {
+            return None;
+        }
+        if listens {
+            return Some(BusMode::Listen);
+        }
+        let is_off = self.registers().esr().read().boff().bit_is_set();
+        (!is_off && transmit::is_idle()).then_some(BusMode::Normal)
+    }
+
+    /// A number that changes if the bit timing or the filters that were set last change.
+    pub fn check_value(&self) -> u32 {
+        self.setup.check_value()
     }
 
     /// How the controller differs from the configuration that was set, and from its mode; 0 if it does not.

@@ -43,6 +43,10 @@ impl Setup {
         }
     }
 
+    pub(super) fn check_value(&self) -> u32 {
+        self.check
+    }
+
     /// Sets other filters on the bus.
     pub(super) fn refilter(&mut self, registers: &CanPeripheral, filters: Filters<'_>) {
         self.verify();

@@ -48,6 +48,7 @@ mod joining;
 mod load;
 mod memory;
 mod probe;
+mod ram;
 mod sensing;
 mod supply;
 mod tiltix;

@@ -209,6 +209,22 @@ impl<M> Line<M> {
     }
 }
 
+impl<A: Application, P: Protocol<A>, M> Link<'_, Communication<A, P>, M> {
+    /// The node and the line, for a driver that checks them.
+    pub fn parts(&self) -> (&Communication<A, P>, &Line<M>) {
+        (self.node, self.line)
+    }
+
+    /// Whether frames are exchanged with the node as this mode of the controller needs it, and none is lost: see [`Communication::serves`].
+    pub fn serves(&self, mode: BusMode) -> bool {
+        let phase = match mode {
+            BusMode::Listen => Phase::Listening,
+            BusMode::Normal => Phase::Normal,
+        };
+        self.line.phase == phase && !self.line.lost && self.node.serves(mode)
+    }
+}
+
 /// Exclusive access to a node and its mailboxes: see the [module](super). `H` is the communicating half of the node, or the node.
 pub struct Link<'a, H: ?Sized, M> {
     pub(super) node: &'a mut H,

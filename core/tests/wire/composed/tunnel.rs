@@ -137,6 +137,13 @@ impl Protocol<Slope> for CanopenOrTunnel {
         }
     }
 
+    fn address(&self) -> Option<u32> {
+        if self.is_on {
+            return None;
+        }
+        self.canopen.address()
+    }
+
     fn filters(&self, cx: &Cx, accept: &mut dyn FnMut(Filter)) {
         if self.is_on {
             accept(Filter::exact(REQUEST));
