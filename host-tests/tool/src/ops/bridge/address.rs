@@ -70,7 +70,7 @@ impl Display for Address {
 }
 
 /// User and password.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Credentials {
     pub(super) username: String,

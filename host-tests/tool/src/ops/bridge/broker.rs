@@ -203,7 +203,7 @@ impl Broker {
         // The thread that has panicked has told it on standard error.
         let _ = self.thread.join();
         let mut queue = self.shared.queue();
-        queue.sync()?;
+        queue.end()?;
         Ok(queue.waiting())
     }
 }

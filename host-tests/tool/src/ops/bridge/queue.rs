@@ -4,11 +4,14 @@
 //! 00000000000000000001.records    the records from number 1 on
 //! 00000000000000031234.records    those from number 31234 on
 //! acknowledged                    the first number that the broker has not acknowledged, as text
-//! lock                            locked by the program that uses the folder
+//! lock                            locked by the program that uses the folder; its text is the start of the computer, or `ended`
 //! ```
 //!
 //! A record is its length and its CRC-32 (both 32 bits, little endian), and its bytes. Its number is its place. A file whose records are all
 //! acknowledged is deleted. If all files together are too long, the oldest one is deleted, and its records are lost.
+//!
+//! A power cut can lose records that the broker has already, so their numbers must not be used again: if the computer has started anew since
+//! the last use, and the program did not end by itself, many numbers are left out.
 
 use crate::error::{BrokerError, Error, FileError};
 use crc::{CRC_32_ISO_HDLC, Crc};
@@ -22,6 +25,18 @@ const FILE_LENGTH: u64 = 4 << 20;
 
 /// The longest record.
 const LONGEST: usize = 1 << 16;
+
+/// The numbers that are left out after a power cut: more than a bus has samples in the time that is not on the disk.
+const LEFT_OUT: u64 = 100_000;
+
+/// The text of the lock after a program has ended by itself.
+const ENDED: &str = "ended";
+
+/// Linux tells the start of the computer here. Elsewhere each program that has not ended by itself counts as a power cut.
+const START: &str = "/proc/sys/kernel/random/boot_id";
+
+/// The text of the lock if the start is not known.
+const UNKNOWN: &str = "unknown";
 
 /// The extension of the files with records.
 const EXTENSION: &str = "records";
@@ -53,7 +68,7 @@ pub struct Queue {
     limit: u64,
     /// The records that were lost since the last question.
     lost: u64,
-    _lock: File,
+    lock: File,
 }
 
 /// The place of a reader; a new one is at the first record that is not acknowledged.
@@ -74,7 +89,9 @@ impl Queue {
         let name = || folder.display().to_string();
         let failed = |error: io::Error| FileError::FolderUnwritten(name(), error.to_string());
         fs::create_dir_all(folder).map_err(failed)?;
-        let lock = File::create(folder.join("lock")).map_err(failed)?;
+        let mut options = OpenOptions::new();
+        let options = options.read(true).write(true).create(true).truncate(false);
+        let lock = options.open(folder.join("lock")).map_err(failed)?;
         lock.try_lock().map_err(|error| match error {
             TryLockError::WouldBlock => Error::from(BrokerError::BufferInUse(name())),
             TryLockError::Error(error) => failed(error).into(),
@@ -98,7 +115,7 @@ impl Queue {
             kept,
             limit,
             lost: 0,
-            _lock: lock,
+            lock,
         };
         for first in firsts {
             let path = queue.path(first);
@@ -111,8 +128,41 @@ impl Queue {
         }
         let oldest = queue.segments.front().map_or(queue.next, |own| own.first);
         queue.acknowledged = queue.acknowledged.max(oldest).min(queue.next);
+        let start = fs::read_to_string(START).unwrap_or_else(|_| UNKNOWN.to_owned());
+        queue.begin(start.trim()).map_err(failed)?;
         queue.clear();
         Ok(queue)
+    }
+
+    /// Takes the folder over from its last user.
+    fn begin(&mut self, start: &str) -> io::Result<()> {
+        let mut last = String::new();
+        self.lock.read_to_string(&mut last)?;
+        let is_same = last == start && start != UNKNOWN;
+        if !last.is_empty() && last != ENDED && !is_same {
+            let waits = self.waiting() > 0;
+            self.next += LEFT_OUT;
+            if !waits {
+                self.acknowledged = self.next;
+            }
+        }
+        self.mark(start)
+    }
+
+    fn mark(&mut self, text: &str) -> io::Result<()> {
+        self.lock.set_len(0)?;
+        self.lock.rewind()?;
+        self.lock.write_all(text.as_bytes())?;
+        self.lock.sync_all()
+    }
+
+    /// The program ends by itself: everything is on the disk.
+    ///
+    /// # Errors
+    /// A file cannot be written.
+    pub fn end(&mut self) -> io::Result<()> {
+        self.sync()?;
+        self.mark(ENDED)
     }
 
     fn path(&self, first: u64) -> PathBuf {
@@ -297,6 +347,13 @@ impl Queue {
             writer.sync_data()?;
         }
         self.keep()
+    }
+}
+
+impl Drop for Queue {
+    fn drop(&mut self) {
+        // A program that is just being started by this one has a copy of the file, which would keep the lock for a moment.
+        let _ = self.lock.unlock();
     }
 }
 

@@ -61,6 +61,23 @@ fn numbers_go_on_after_all_files_are_deleted() {
 }
 
 #[test]
+fn numbers_that_a_power_cut_can_have_lost_are_not_used_again() {
+    for (last, first) in [(ENDED, 6), ("", 6), ("another start", 6 + LEFT_OUT)] {
+        let folder = tempfile::tempdir().unwrap();
+        let mut queue = Queue::open(folder.path(), LIMIT).unwrap();
+        push(&mut queue, 5);
+        queue.sync().unwrap();
+        drop(queue);
+        fs::write(folder.path().join("lock"), last).unwrap();
+        let mut queue = Queue::open(folder.path(), LIMIT).unwrap();
+        assert_eq!(queue.next(), first, "{last}");
+        push(&mut queue, 1);
+        let all = numbers(&mut queue, &mut Cursor::default());
+        assert_eq!(all, [1, 2, 3, 4, 5, first], "{last}");
+    }
+}
+
+#[test]
 fn damaged_end_of_a_file_costs_only_the_records_in_it() {
     for damage in ["cut", "bit"] {
         let folder = tempfile::tempdir().unwrap();
