@@ -65,8 +65,7 @@ fn soak(kind: &str, arguments: &Arguments) -> Result<String, String> {
         "soak --product {kind} --seed {} --minutes {}",
         arguments.seed, arguments.minutes
     );
-    let mut sensor =
-        UseCase::new(kind, arguments.seed).map_err(|failure| format!("{failure}. {repeat}"))?;
+    let mut sensor = UseCase::new(kind, arguments.seed).map_err(|failure| failure.to_string())?;
     sensor.is_verbose = arguments.verbose;
     let end = Duration::minutes(arguments.minutes.into());
     let mut steps = 0_u64;

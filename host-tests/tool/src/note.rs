@@ -27,6 +27,8 @@ texts! {
         PdoOff(name: String) = "the PDO of {name} stays switched off. To switch it on, set {name}",
             "das PDO von {name} bleibt ausgeschaltet. Um es einzuschalten, setzen Sie {name}";
         SwitchOn(name: String, product: &'static str) = "switch on the next sensor: {name} ({product})", "schalten Sie den nächsten Sensor ein: {name} ({product})";
+        Scans(product: &'static str) = "looking for sensors of {product} by LSS: all nodes with LSS lose their node-ID until they get one, or until their restart",
+            "sucht Sensoren von {product} durch LSS: Alle Knoten mit LSS verlieren ihre Node-ID, bis sie eine bekommen oder neu starten";
         SwitchOff(name: String) = "switch {name} off", "schalten Sie {name} aus";
         Commissioned(line: String) = "{line}", "{line}";
         GoesOn(path: String) = "the same command goes on where it stopped; {path} has the state", "derselbe Befehl setzt dort fort, wo er aufgehört hat; {path} hat den Stand";

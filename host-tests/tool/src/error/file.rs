@@ -42,6 +42,8 @@ errors! {
             "{path} lässt sich nicht lesen ({reason}): `plumbline send` nimmt eine Liste von Frames (TOML) oder Frames wie 181#0102";
         List(path: String, why: Fault): Usage "bad-file" = "{path} is not a list of frames: {why}. A list has, for each frame, [[send]] with frame = \"181#0102\" and, for a periodic one, every = 100 (ms); nothing was sent",
             "{path} ist keine Liste von Frames: {why}. Eine Liste hat für jeden Frame [[send]] mit frame = \"181#0102\" und, wenn er periodisch ist, every = 100 (ms); nichts wurde gesendet";
+        OldUnread(path: String, reason: String): Bus "no-file" = "cannot read {path} ({reason}): `plumbline replace read` writes such a file of the old sensor",
+            "{path} lässt sich nicht lesen ({reason}): `plumbline replace read` schreibt eine solche Datei des alten Sensors";
         PlanUnread(path: String, reason: String): Bus "no-file" = "cannot read {path} ({reason}): `plumbline commission` takes a plan (TOML) with [[sensor]], name, product and [sensor.parameters]",
             "{path} lässt sich nicht lesen ({reason}): `plumbline commission` nimmt einen Plan (TOML) mit [[sensor]], name, product und [sensor.parameters]";
         Plan(path: String, line: usize, why: Fault): Usage "bad-file" = "{path} line {line}: {why}; nothing was sent", "{path} Zeile {line}: {why}; nichts wurde gesendet";
@@ -115,6 +117,10 @@ texts! {
         RateOnBus(name: String) = "{name} gets another bit rate than the sensors as delivered, with which it shares the bus: write alone = true at the top and switch each sensor off before the next one is switched on",
             "{name} bekommt eine andere Bitrate als die gelieferten Sensoren am selben Bus: Schreiben Sie oben alone = true, und schalten Sie jeden Sensor aus, bevor der nächste eingeschaltet wird";
         ZeroTwice(name: String) = "zero = true sets {name} too: leave out one of both", "zero = true setzt {name} auch: Lassen Sie eines von beiden weg";
+        NoFastscan(product: &'static str) = "{product} has no fastscan by LSS: leave out find, and switch the sensors on one after the other",
+            "{product} hat keinen Fastscan durch LSS: Lassen Sie find weg, und schalten Sie die Sensoren nacheinander ein";
+        FastscanAddress(name: String) = "{name}, which is found by fastscan, keeps the node-ID as delivered: give it another node-id",
+            "{name} wird durch Fastscan gefunden und behält die Node-ID der Lieferung: Geben Sie ihm eine andere node-id";
         NoZero(product: &'static str) = "{product} cannot make its position zero", "{product} kann seine Lage nicht zu Null machen";
         ChangedPlan(name: String) = "the plan of {name}, which is done, was changed: give it its old plan or another name",
             "der Plan von {name}, der fertig ist, wurde geändert: Geben Sie ihm den alten Plan oder einen anderen Namen";

@@ -16,8 +16,8 @@ errors! {
             "der Sensor hat {what} abgelehnt: {reason} ({code:08X}h). Das Objekt hat {length} Bytes: Schreiben Sie alle Bytes des Objekts, zum Beispiel {example}";
         Explicit(what: What, reason: Reason, code: u8, more: u8, next: Next): Refused "refused" = "the sensor refused {what}: {reason} ({code:02X}h, {more:02X}h). {next}",
             "der Sensor hat {what} abgelehnt: {reason} ({code:02X}h, {more:02X}h). {next}";
-        Lss(what: What, error: u8, next: Next): Refused "refused" = "the sensor refused {what} (LSS error {error}): its bit rate has not changed. {next}",
-            "der Sensor hat {what} abgelehnt (LSS-Fehler {error}): Seine Bitrate hat sich nicht geändert. {next}";
+        Lss(what: What, error: u8, next: Next): Refused "refused" = "the sensor refused {what} (LSS error {error}): it has not changed. {next}",
+            "der Sensor hat {what} abgelehnt (LSS-Fehler {error}): Nichts hat sich geändert. {next}";
         Group(pgn: u32): Refused "refused" = "the node does not have the group {pgn:05X}h, or cannot send it now: check the number, or repeat",
             "der Knoten hat die Gruppe {pgn:05X}h nicht oder kann sie jetzt nicht senden: Prüfen Sie die Nummer, oder wiederholen Sie";
     }
@@ -172,7 +172,8 @@ texts! {
         Save = "save", "das Speichern";
         Load = "load", "das Laden der Werkswerte";
         BitRate = "the bit rate", "die Bitrate";
-        Store = "to store it", "das Speichern der Bitrate";
+        Store = "to store it", "das Speichern";
+        NodeId = "the node-ID", "die Node-ID";
         Parameter = "a parameter", "einen Parameter";
         Assembly = "an assembly", "eine Assembly";
         CyclicMode = "cyclic mode", "den zyklischen Betrieb";

@@ -3,6 +3,7 @@
 //! A sensor is taken when it answers at the address as delivered: after it was switched on, or, after an interruption, at its new address
 //! too. Its serial number selects it in the plan. The file with the state is written before the first write, and after the comparison.
 
+mod fastscan;
 pub mod plan;
 pub mod state;
 
@@ -18,7 +19,7 @@ use crate::note::Note;
 use crate::output::Terminal;
 use crate::session::Session;
 use adapter::Mode;
-use plan::{Item, Plan};
+use plan::{Find, Item, Plan};
 use plumbline::can::BitRate;
 use plumbline::time::{Duration, after, millis};
 use serde::Serialize;
@@ -68,12 +69,20 @@ pub(crate) fn commission(
         let waiting: Vec<&Item> = plan
             .sensors
             .iter()
-            .filter(|item| !is_done(state, item) && item.is_of(product))
+            .filter(|item| !is_done(state, item) && item.is_of(product) && item.find == first.find)
             .collect();
         let rate = wish.rate.or(factory_rate(product)).unwrap_or(DETECTED);
         link.open(Some(rate), Mode::Active)?;
-        terminal.note(&Note::SwitchOn(first.name.clone(), product.name));
-        let (item, found) = next(&mut link, &waiting, state, wish.wait, terminal)?;
+        let (item, found) = match first.find {
+            Find::PowerUp => {
+                terminal.note(&Note::SwitchOn(first.name.clone(), product.name));
+                next(&mut link, &waiting, state, wish.wait, terminal)?
+            }
+            Find::Fastscan => {
+                terminal.note(&Note::Scans(product.name));
+                fastscan::next(&mut link, plan, &waiting, state, wish.wait)?
+            }
+        };
         let mut session = Session::new(link, found.target, product);
         let result = one(&mut session, item, found, (state, labels), terminal);
         for note in session.notes.drain(..) {
@@ -141,7 +150,8 @@ fn next<'a>(
             if state.is_done(found.serial) {
                 continue;
             }
-            if let Some(item) = chosen(waiting, state, &found) {
+            let is_own = found.products.iter().any(|own| own.name == product.name);
+            if let Some(item) = chosen(waiting, state, found.serial).filter(|_| is_own) {
                 return Ok((item, found));
             }
             let sensor = found.line(link.rate());
@@ -156,18 +166,13 @@ fn next<'a>(
     }
 }
 
-/// The sensor of the plan that this is.
-fn chosen<'a>(waiting: &[&'a Item], state: &State, found: &Found) -> Option<&'a Item> {
-    let product = waiting.first()?.settings.sheet.product;
-    let mut products = found.products.iter();
-    if !products.any(|own| own.name == product.name) {
-        return None;
-    }
+/// The sensor of the plan that has this serial number, or takes any.
+fn chosen<'a>(waiting: &[&'a Item], state: &State, serial: Option<u32>) -> Option<&'a Item> {
     let begun = |item: &&&Item| {
         let row = state.row(&item.name);
-        row.is_some_and(|row| row.serial.is_some() && row.serial == found.serial)
+        row.is_some_and(|row| row.serial.is_some() && row.serial == serial)
     };
-    let own = |item: &&&Item| item.serial.is_some() && item.serial == found.serial;
+    let own = |item: &&&Item| item.serial.is_some() && item.serial == serial;
     let any = |item: &&&Item| item.serial.is_none() && state.row(&item.name).is_none();
     // One that has begun, but whose sensor was exchanged since.
     let other = |item: &&&Item| item.serial.is_none();
@@ -187,16 +192,8 @@ fn one(
     terminal: &mut Terminal,
 ) -> Result<Row, Error> {
     let mut row = Row {
-        name: item.name.clone(),
-        product: session.sheet.product.name.to_owned(),
-        serial: found.serial,
         firmware: found.firmware.clone(),
-        address: found.target.named(),
-        rate: None,
-        settings: item.settings.values.len(),
-        zero: Vec::new(),
-        done: false,
-        plan: item.text.clone(),
+        ..Row::begun(item, found.serial, found.target)
     };
     state.keep(row.clone())?;
     match labels.set(&found, Some(&item.name)) {

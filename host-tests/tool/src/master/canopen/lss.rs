@@ -2,12 +2,12 @@
 
 use crate::error::{Error, Next, Refusal, Silence, What};
 use crate::link::Link;
-use crate::master::canopen::PROTOCOL;
+use crate::master::canopen::{PROTOCOL, nmt};
 use crate::scan::listen::Frames;
 use crate::scan::row::{By, Heard, UNCONFIGURED};
 use plumbline::can::{BitRate, CanId, Frame};
 use plumbline::canopen::cob_id::{LSS_REPLY, LSS_REQUEST};
-use plumbline::canopen::lss::{BEGIN_SCAN, BIT_RATES, answer, command};
+use plumbline::canopen::lss::{self, BEGIN_SCAN, BIT_RATES, answer, command};
 use plumbline::time::{Duration, millis};
 
 const MASTER: CanId = CanId::standard(LSS_REQUEST);
@@ -21,6 +21,9 @@ const ANSWER: Duration = millis(500);
 
 /// The wait for the answer to store configuration, which comes when the memory is written.
 const STORED: Duration = millis(3000);
+
+/// The time in which a node has reset its communication.
+const RESET: Duration = millis(500);
 
 /// The four numbers of the identity object.
 pub type Identity = [u32; 4];
@@ -86,6 +89,40 @@ pub fn find(link: &mut Link) -> Result<Option<Identity>, Error> {
     Ok(Some(identity))
 }
 
+/// Takes the node-ID from all nodes with layer setting services until their next restart; then [`find`] finds them one by one.
+///
+/// # Errors
+/// The adapter fails.
+pub fn unaddress(link: &mut Link) -> Result<(), Error> {
+    link.send(&Frame::of(
+        MASTER,
+        [command::SWITCH_GLOBAL, 1, 0, 0, 0, 0, 0, 0],
+        8,
+    ))?;
+    // Each of them answers.
+    let request = [command::NODE_ID, lss::UNCONFIGURED, 0, 0, 0, 0, 0, 0];
+    ask(link, request, ANSWER)?;
+    release(link)?;
+    const ALL: u8 = 0;
+    nmt::send(link, nmt::Command::ResetCommunication, ALL)?;
+    link.wait_for(RESET, |_| None::<()>)?;
+    Ok(())
+}
+
+/// Gives the node that [`find`] has found a node-ID and stores it. The node starts with it.
+///
+/// # Errors
+/// The node refuses, nobody answers, or the adapter fails.
+pub fn address(link: &mut Link, node: u8) -> Result<(), Error> {
+    let request = [command::NODE_ID, node, 0, 0, 0, 0, 0, 0];
+    let store = [command::STORE, 0, 0, 0, 0, 0, 0, 0];
+    let given = must(link, request, ANSWER, What::NodeId);
+    let given = given.and_then(|()| must(link, store, STORED, What::Store));
+    // A node in configuration mode would take the node-ID of the next one.
+    release(link)?;
+    given
+}
+
 /// The index of a bit rate in the standard table; None: the table does not have it.
 pub fn index(rate: BitRate) -> Option<u8> {
     let place = BIT_RATES.iter().position(|own| *own == Some(rate));
@@ -141,6 +178,7 @@ fn must(link: &mut Link, bytes: [u8; 8], time: Duration, what: What) -> Result<(
 fn refused(request: u8, error: u8, what: What) -> Error {
     let next = match (request, error) {
         (command::BIT_TIMING, 1) => Next::OtherRate,
+        (command::NODE_ID, 1) => Next::List,
         (command::STORE, 1) => Next::SetRate,
         _ => Next::Repeat,
     };

@@ -15,6 +15,7 @@ use crate::backup::{Backup, Unread, read_text};
 use crate::error::{Error, Fault, FileError, NumberError};
 use crate::identify;
 use crate::labels;
+use crate::master::canopen::tables;
 use crate::master::{Roles, Target, factory_rate, factory_target};
 use crate::sheet::{Origin, Sheet};
 use plumbline::can::BitRate;
@@ -35,6 +36,17 @@ pub struct Plan {
     pub sensors: Vec<Item>,
 }
 
+/// How a sensor is found.
+#[derive(Clone, Copy, PartialEq, Eq, Default, Debug, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Find {
+    /// It is switched on, and answers at the address as delivered.
+    #[default]
+    PowerUp,
+    /// By layer setting services (CiA 305), also among other sensors with its address.
+    Fastscan,
+}
+
 /// A sensor of the plan.
 #[derive(Clone, Debug)]
 pub struct Item {
@@ -42,6 +54,8 @@ pub struct Item {
     pub name: String,
     /// Its serial number; None: any.
     pub serial: Option<u32>,
+    /// How it is found.
+    pub find: Find,
     /// The present position becomes zero.
     pub zero: bool,
     /// Its product and its settings.
@@ -65,6 +79,7 @@ struct Row {
     name: Spanned<String>,
     product: Spanned<String>,
     serial: Option<Spanned<u32>>,
+    find: Option<Spanned<Find>>,
     #[serde(default)]
     zero: Option<Spanned<bool>>,
     #[serde(default)]
@@ -192,19 +207,35 @@ impl Item {
         {
             return Err((zero_at.span().start, Fault::NoZero(product.name)));
         }
+        let find = row.find.as_ref().map(|own| *own.as_ref());
+        let find = find.unwrap_or_default();
+        let has_node_ids = tables(product).is_some_and(|own| own.lss);
+        if let (Some(own), Find::Fastscan, false) = (&row.find, find, has_node_ids) {
+            return Err((own.span().start, Fault::NoFastscan(product.name)));
+        }
+        let name_at = row.name.span().start;
         let values: Vec<String> = settings
             .values
             .iter()
             .map(|(entry, raw)| format!("{}={raw}", entry.name))
             .collect();
         let zeroed = if zero { " zero" } else { "" };
-        Ok(Self {
+        let item = Self {
             name,
             serial: row.serial.map(Spanned::into_inner),
+            find,
             zero,
             text: format!("{}{zeroed} {}", product.name, values.join(" ")),
             settings,
-        })
+        };
+        let is_delivered = match (item.target(), factory_target(product)) {
+            (Some(own), Some(delivered)) => own.is_at(delivered),
+            _ => false,
+        };
+        match find == Find::Fastscan && is_delivered {
+            true => Err((name_at, Fault::FastscanAddress(item.name))),
+            false => Ok(item),
+        }
     }
 
     /// Whether it is of this product.
@@ -325,6 +356,16 @@ mod tests {
                 ),
                 4,
                 "as delivered",
+            ),
+            (
+                format!("{ONE}find = \"fastscan\"\n"),
+                4,
+                "jn2101 has no fastscan",
+            ),
+            (
+                format!("{ONE}find = \"fastscan\"\n").replace("jn2101", "ims360"),
+                2,
+                "node-id",
             ),
             (
                 format!("{ONE}parameters.baud-rate = \"500 kbit/s\"\n"),

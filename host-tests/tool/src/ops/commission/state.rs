@@ -1,8 +1,9 @@
 //! How far a commissioning is, in a file beside the plan.
 
-use super::plan::Plan;
+use super::plan::{Item, Plan};
 use crate::backup::{Unread, read_text, write_file};
 use crate::error::{Error, Fault, FileError};
+use crate::master::Target;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 use texts::shown;
@@ -38,6 +39,22 @@ pub struct Row {
 }
 
 impl Row {
+    /// A sensor of the plan whose commissioning begins, where it is now.
+    pub fn begun(item: &Item, serial: Option<u32>, target: Target) -> Self {
+        Self {
+            name: item.name.clone(),
+            product: item.settings.sheet.product.name.to_owned(),
+            serial,
+            firmware: None,
+            address: target.named(),
+            rate: None,
+            settings: item.settings.values.len(),
+            zero: Vec::new(),
+            done: false,
+            plan: item.text.clone(),
+        }
+    }
+
     /// For people.
     pub fn line(&self) -> String {
         let serial = self.serial.map_or("none".to_owned(), |own| own.to_string());

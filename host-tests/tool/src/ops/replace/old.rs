@@ -73,8 +73,13 @@ impl Old {
     /// # Errors
     /// The file cannot be read, or is not one of `replace read`.
     pub fn read(path: &Path) -> Result<Self, Error> {
-        let backup = Backup::read(path)?;
         let shown = path.display().to_string();
+        let backup = Backup::read(path).map_err(|failure| match failure {
+            Error::File(FileError::BackupUnread(path, reason)) => {
+                FileError::OldUnread(path, reason).into()
+            }
+            other => other,
+        })?;
         let bad = |why: Fault| Error::from(FileError::Backup(shown.clone(), why));
         let text = read_text(path).unwrap_or_default();
         let table: Table = text.parse().unwrap_or_default();

@@ -260,6 +260,57 @@ fn sensors_that_are_alone_can_have_equal_addresses_and_another_rate() {
 }
 
 #[test]
+fn fastscan_finds_equal_sensors_that_are_on_together() {
+    let devices = [("ims360", 7), ("ims360", 8), ("ims360", 9)];
+    let (mut rig, ids) = rig(BusRate::Fixed(BitRate::K125), &devices);
+    let text = |name: &str, node: u8| {
+        format!(
+            "[[sensor]]\nname = \"{name}\"\nproduct = \"ims360\"\nfind = \"fastscan\"\nparameters.node-id = {node}\n"
+        )
+    };
+    let first = text("one", 61);
+    let plan = plan(&mut rig, "fastscan", &first);
+    for id in &ids {
+        let mut bus = rig.bus.borrow_mut();
+        let now = bus.now();
+        bus.device_mut(*id).power_on(now);
+    }
+    // The adapter fails after fastscan, and at other places before and after it.
+    for cut in [20, 150, 160, 170] {
+        rig.cut = Some(cut);
+        let ended = commission(&mut rig, &plan, "");
+        assert!([0, 4].contains(&ended.code), "{cut}: {ended:?}");
+    }
+    rig.cut = None;
+    assert_eq!(sensors(&commission(&mut rig, &plan, "--json")).len(), 1);
+    // The two others come later, beside the first one.
+    let all = format!("{first}{}{}", text("two", 62), text("three", 63));
+    fs::write(&plan, all).expect("a file");
+    let ended = commission(&mut rig, &plan, "--json");
+    let rows = sensors(&ended);
+    assert_eq!(rows.len(), 3, "{rows:?}");
+    for (row, node) in rows.iter().zip(61..) {
+        assert!(
+            row.ends_with(&format!(" node-ID {node} 125 kbit/s")),
+            "{rows:?}"
+        );
+    }
+    for id in &ids {
+        rig.bus.borrow_mut().power_cycle(*id);
+    }
+    rig.run(1000);
+    let mut serials = Vec::new();
+    for node in 61..64 {
+        let own = rig.json(&format!(
+            "--rate 125 --node {node} get identity-object-serial-number"
+        ));
+        serials.push(own["identity-object-serial-number"]["value"].as_u64());
+    }
+    serials.sort();
+    assert_eq!(serials, [Some(7), Some(8), Some(9)]);
+}
+
+#[test]
 fn sensor_of_each_protocol_is_commissioned() {
     for (product, setting) in [
         ("is2", "cyclic-time = \"300 ms\""),

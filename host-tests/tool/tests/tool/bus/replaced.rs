@@ -109,6 +109,14 @@ fn angle_that_differs_is_a_difference() {
 }
 
 #[test]
+fn missing_file_of_the_old_sensor_names_the_command_that_writes_it() {
+    let mut rig = fresh("is2");
+    let ended = rig.tool("replace write no-such.toml");
+    let advice = "`plumbline replace read` writes such a file";
+    assert!(ended.code == 4 && ended.notes.contains(advice), "{ended:?}");
+}
+
+#[test]
 fn damaged_file_and_unplugged_adapter_are_errors() {
     let path = kept("damaged", "is2", "cyclic-time=100ms");
     let good = fs::read_to_string(&path).expect("a file");

@@ -1,0 +1,94 @@
+//! Finds the next sensor by the fastscan of layer setting services (CiA 305). Sensors with equal node-IDs lose them for that, and those that
+//! are done get theirs again.
+
+use super::plan::{Item, Plan};
+use super::state::{Row, State};
+use super::{PAUSE, chosen};
+use crate::error::{Error, SensorError, Silence};
+use crate::identify::{self, Found};
+use crate::link::Link;
+use crate::master::canopen::lss;
+use crate::master::{Target, factory_target};
+use plumbline::time::{Duration, after, millis};
+
+/// The longest time until a node has started with its new node-ID.
+const START: Duration = millis(4000);
+
+/// Waits for a sensor of the plan, and gives it its node-ID.
+pub(super) fn next<'a>(
+    link: &mut Link,
+    plan: &Plan,
+    waiting: &[&'a Item],
+    state: &mut State,
+    wait: Duration,
+) -> Result<(&'a Item, Found), Error> {
+    let [first, ..] = waiting else {
+        return Err(Silence::Request.into());
+    };
+    let delivered = factory_target(first.settings.sheet.product);
+    let until = after(link.now(), wait);
+    loop {
+        // One whose commissioning was interrupted has its node-ID already.
+        for item in waiting {
+            let serial = state.row(&item.name).and_then(|row| row.serial);
+            if let (Some(serial), Some(target)) = (serial, item.target())
+                && let Some(found) = identify::ask(link, target, identify::PATIENT)?
+                && found.serial == Some(serial)
+            {
+                return Ok((item, found));
+            }
+        }
+        if let Some(target) = delivered
+            && identify::ask(link, target, identify::PATIENT)?.is_some()
+        {
+            lss::unaddress(link)?;
+        }
+        let scanned = lss::find(link);
+        let Some([vendor, code, _, serial]) = scanned? else {
+            lss::release(link)?;
+            if link.now() >= until {
+                let seconds = wait.ticks() / 1_000_000;
+                return Err(Silence::Next(first.name.clone(), seconds).into());
+            }
+            link.wait_for(PAUSE, |_| None::<()>)?;
+            continue;
+        };
+        let mut done = plan.sensors.iter();
+        let done = done.find(|item| {
+            let row = state.row(&item.name);
+            row.is_some_and(|row| row.done && row.serial == Some(serial))
+        });
+        let item = chosen(waiting, state, Some(serial));
+        let own = done.or(item).and_then(Item::target);
+        let Some((node, target)) = own.and_then(|own| Some((own.node_id()?, own))) else {
+            lss::release(link)?;
+            let sensor = format!("vendor {vendor:X}h, product code {code:X}h, serial {serial}");
+            return Err(SensorError::NotInPlan(sensor).into());
+        };
+        if target.is_used(link)? {
+            lss::release(link)?;
+            return Err(SensorError::AddressInUse(target.named()).into());
+        }
+        if let (None, Some(item)) = (done, item) {
+            state.keep(Row::begun(item, Some(serial), target))?;
+        }
+        lss::address(link, node)?;
+        let found = started(link, target)?;
+        if let (None, Some(item)) = (done, item) {
+            return Ok((item, found));
+        }
+    }
+}
+
+/// The node when it has started.
+fn started(link: &mut Link, target: Target) -> Result<Found, Error> {
+    let until = after(link.now(), START);
+    loop {
+        if let Some(found) = identify::ask(link, target, identify::PATIENT)? {
+            return Ok(found);
+        }
+        if link.now() >= until {
+            return Err(Silence::Moved(target.named()).into());
+        }
+    }
+}
