@@ -366,9 +366,7 @@ fn sensor_with_a_key_takes_only_a_signed_file_and_another_one_no_signed_file() {
     // The program of before runs again.
     rig.run(200);
     assert_eq!(rig.json(&line(&files.same()))["loaded"], false);
-    if effort::choose(false, true) {
-        assert_eq!(rig.json(&line(&signed))["loaded"], true);
-    }
+    assert_eq!(rig.json(&line(&signed))["loaded"], true);
     let mut rig = self::rig("jn2101");
     let (code, error) = rig.fails(&line(&signed));
     assert_eq!((code, &*error), (1, "damaged-image"));
