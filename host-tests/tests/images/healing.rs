@@ -135,3 +135,24 @@ pub fn inverted_bits_of_the_driver_do_not_get_into_the_controller() {
     }
     std::mem::forget(rig);
 }
+
+/// The inverted bit of CAN_IER has no effect, so only the restore loses frames.
+#[test]
+pub fn restore_of_the_can_controller_leaves_at_most_two_requests_without_an_answer() {
+    /// EWGIE: the interrupt at the warning limit.
+    const UNUSED: u32 = 1 << 8;
+    let mut rig = Rig::booted("is2", BitRate::M1);
+    rig.io().0.be_lenient();
+    rig.frames();
+    assert!(rig.microcontroller_mut().disturb(CAN_IER, UNUSED));
+    let requests = 200;
+    for _ in 0..requests {
+        rig.send(&[fsc::INCLINATION]);
+        rig.run(1);
+    }
+    rig.run(10);
+    let unanswered = requests - rig.frames().len();
+    let interrupts = rig.microcontroller_mut().configured(CAN_IER);
+    assert_eq!(interrupts.map(|bits| bits & UNUSED), Some(0));
+    assert!(unanswered <= 2, "{unanswered}");
+}
