@@ -4,6 +4,7 @@ use plumbline_tool::bar::TerminalBar;
 use plumbline_tool::cli;
 use plumbline_tool::command::run;
 use plumbline_tool::error::{Error, FileError, RequestError};
+use plumbline_tool::note::Note;
 use plumbline_tool::output::Terminal;
 use plumbline_tool::question::Question;
 use std::io::{ErrorKind, IsTerminal, Write, stderr, stdin, stdout};
@@ -59,6 +60,9 @@ fn main() -> ExitCode {
                 print(&mut stdout(), &failure.json().to_string());
             } else {
                 print(&mut stderr(), &format!("plumbline: {failure}"));
+                if ["no-answer", "nothing-found"].contains(&failure.code()) {
+                    print(&mut stderr(), &Note::AllCauses.to_string());
+                }
             }
             ExitCode::from(failure.kind().exit_code())
         }

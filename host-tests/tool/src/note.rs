@@ -132,6 +132,8 @@ texts! {
         SensorNew(sensor: String) = "{sensor}: is new on the bus", "{sensor}: ist neu am Bus";
         NotBridged(sensor: String) = "{sensor}: left out, because its product is not known, or another master owns it",
             "{sensor}: weggelassen, weil das Produkt nicht bekannt ist oder ein anderer Master ihn besitzt";
+        AllCauses = "all causes are in the chapter \"Nobody answers\" of EXCHANGE.md",
+            "alle Ursachen stehen im Kapitel \"Niemand antwortet\" von AUSTAUSCH.md";
         NothingSent = "nothing was sent", "nichts wurde gesendet";
         OnlyAcknowledged = "nothing was sent, but the messages of other devices were acknowledged",
             "nichts wurde gesendet, aber die Nachrichten anderer Geräte wurden bestätigt";

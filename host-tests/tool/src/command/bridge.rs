@@ -1,7 +1,6 @@
 //! `bridge`: finds the sensors on the bus, then publishes what they measure.
 
 use super::bus::Bus;
-use super::update::rate_of;
 use super::watch;
 use crate::cli::bridge::Bridge;
 use crate::connect;
@@ -106,12 +105,11 @@ fn search(
     };
     let labels = bus.labels(terminal);
     let rows = scan::run(Box::new(lease.clone()), options, labels.clone(), terminal)?;
-    let rate = rows[0]["rate"].as_f64().and_then(rate_of);
-    let rate = rate.or(bus.options.rate);
+    let rate = rows.rate.or(bus.options.rate);
     let mut link = Link::new(Box::new(lease.clone()), &terminal.stopped);
     link.open(rate, Mode::Active)?;
     let mut found = Vec::new();
-    for row in rows.as_array().into_iter().flatten() {
+    for row in rows.json().as_array().into_iter().flatten() {
         found.extend(asked(row, &labels, &mut link)?);
     }
     link.close();

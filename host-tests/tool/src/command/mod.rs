@@ -220,7 +220,12 @@ fn on_bus(cli: &Cli, bus: &mut Bus, terminal: &mut Terminal) -> Result<(), Error
             };
             let labels = bus.labels(terminal);
             let rows = scan::run(bus.adapter()?, options, labels, terminal)?;
-            terminal.document(&rows)
+            bus.place = rows.only_one().map(|found| Place {
+                rate: rows.rate,
+                target: found.target,
+                after_restart: false,
+            });
+            terminal.document(&rows.json())
         }
         Command::Parameters => bus.with(terminal, |session, terminal| {
             parameters::list(&session.sheet, terminal)

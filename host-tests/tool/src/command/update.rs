@@ -8,7 +8,7 @@ use crate::error::{Error, FileError, RequestError};
 use crate::identify::Found;
 use crate::image::ImageFile;
 use crate::link::Link;
-use crate::master::{Protocol, Target, factory_target};
+use crate::master::{Target, factory_target};
 use crate::note::Note;
 use crate::ops::restore;
 use crate::ops::update::{self, Before};
@@ -17,7 +17,6 @@ use crate::question::Name;
 use crate::scan;
 use crate::session::Session;
 use adapter::Mode;
-use plumbline::can::BitRate;
 use plumbline::model::catalog::{PRODUCTS, Product};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
@@ -84,17 +83,16 @@ pub(super) fn update_all(
     let labels = bus.labels(terminal);
     let rows = scan::run(bus.adapter()?, options, labels, terminal)?;
     let (mut done, mut failures) = (Vec::new(), Vec::new());
-    for row in rows.as_array().into_iter().flatten() {
-        let text = |key: &str| row[key].as_str().unwrap_or_default();
-        if text("product") != image.product() {
+    for found in rows.found() {
+        if found
+            .product()
+            .is_none_or(|own| own.name != image.product())
+        {
             continue;
         }
-        let Some(protocol) = Protocol::named(text("protocol")) else {
-            continue;
-        };
         let wanted = Wanted {
-            rate: row["rate"].as_f64().and_then(rate_of).or(bus.options.rate),
-            target: Some((protocol.target)(text("address"))?),
+            rate: rows.rate.or(bus.options.rate),
+            target: Some(found.target),
             ..bus.wanted(terminal)?
         };
         let result = one(&wanted, &image, (path, wish), bus, terminal);
@@ -104,7 +102,7 @@ pub(super) fn update_all(
             failures.push(failure);
             document
         });
-        document["address"] = row["address"].clone();
+        document["address"] = json!(found.target.address());
         done.push(document);
     }
     if done.is_empty() {
@@ -132,12 +130,6 @@ fn one(
         terminal.note(&note);
     }
     result
-}
-
-/// The bit rate of a row of a scan, in kbit/s.
-pub(super) fn rate_of(kbits: f64) -> Option<BitRate> {
-    let is_own = |rate: &BitRate| f64::from(rate.bits_per_second()) == kbits * 1000.0;
-    BitRate::ALL.into_iter().find(is_own)
 }
 
 /// The end of a session.

@@ -37,7 +37,6 @@ pub use row::Row;
 use row::Rows;
 pub(crate) use row::kbits;
 use schedule::Schedule;
-use serde_json::Value;
 
 /// The options of a scan.
 #[derive(Clone, Debug, Default)]
@@ -52,7 +51,7 @@ pub struct Options {
     pub memory: Memory,
 }
 
-/// Finds sensors and prints them.
+/// Finds sensors, and prints each one at once.
 ///
 /// # Errors
 /// Nobody was found, or the adapter fails.
@@ -61,7 +60,7 @@ pub fn run(
     options: Options,
     labels: Labels,
     terminal: &mut Terminal,
-) -> Result<Value, Error> {
+) -> Result<Rows, Error> {
     let mut link = Link::new(adapter, &terminal.stopped);
     let rates = match (options.rate, link.adapter().capabilities().sets_rate) {
         (Some(rate), _) => vec![Some(rate)],
@@ -90,7 +89,7 @@ pub fn run(
             None => SensorError::NotFound.into(),
         });
     }
-    Ok(rows.json())
+    Ok(rows)
 }
 
 /// The identifiers that a message names.

@@ -219,9 +219,11 @@ pub(crate) fn kbits(rate: BitRate) -> Value {
 
 /// What a scan has found. Each row is printed at once.
 #[derive(Debug, Default)]
-pub(super) struct Rows {
-    pub labels: Labels,
+pub struct Rows {
+    pub(super) labels: Labels,
+    /// The bit rate of the bus; None: that of the interface, which does not tell it.
     pub rate: Option<BitRate>,
+    /// The sensors and other nodes.
     pub rows: Vec<Row>,
 }
 
@@ -230,7 +232,7 @@ impl Rows {
     ///
     /// # Errors
     /// The output is closed.
-    pub fn add(
+    pub(super) fn add(
         &mut self,
         rate: Option<BitRate>,
         mut row: Row,
@@ -259,13 +261,29 @@ impl Rows {
         self.rows.iter().map(|row| row.json(self.rate)).collect()
     }
 
+    /// The sensor that has answered, if nobody else is on the bus.
+    pub fn only_one(&self) -> Option<&Found> {
+        match &self.rows[..] {
+            [Row::Found(found)] => Some(found),
+            _ => None,
+        }
+    }
+
+    /// The sensors that have answered.
+    pub fn found(&self) -> impl Iterator<Item = &Found> {
+        self.rows.iter().filter_map(|row| match row {
+            Row::Found(found) => Some(found),
+            Row::Heard(_) => None,
+        })
+    }
+
     /// The nodes that have answered.
-    pub fn answers(&self) -> usize {
+    pub(super) fn answers(&self) -> usize {
         self.rows.iter().filter(|row| row.is_answer()).count()
     }
 
     /// Whether the sensor at an address has answered.
-    pub fn has_answered(&self, target: Target) -> bool {
+    pub(super) fn has_answered(&self, target: Target) -> bool {
         let is_same = |row: &Row| matches!(row, Row::Found(found) if found.target.is_at(target));
         self.rows.iter().any(is_same)
     }

@@ -50,6 +50,7 @@ impl Worker {
         self.hub.publish(Kind::Found, &json!([]));
         self.action(&words, &answers, |worker, terminal| {
             let result = scan::run(Box::new(lease.clone()), options, labels, terminal);
+            let result = result.map(|rows| rows.json());
             lease.end();
             let asks = wanted.active || wanted.search;
             let questions = answers.asked();

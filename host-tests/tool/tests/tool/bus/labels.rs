@@ -145,6 +145,30 @@ fn place_of_the_last_command_is_used_and_another_sensor_is_searched() {
 }
 
 #[test]
+fn only_sensor_of_a_scan_is_that_of_the_next_command() {
+    for (others, code, note) in [
+        (&[][..], 0, "as in the last command: --rate 125 --node 10"),
+        (&["ims360"], 2, ""),
+    ] {
+        let config = folder("only-one");
+        std::fs::create_dir_all(&config).unwrap();
+        let mut rig = Rig::with("jn2101");
+        rig.config = Some(config);
+        for other in others {
+            rig.attach(other, 2);
+        }
+        let scanned = rig.json("--rate 125 scan --active");
+        let count = scanned.as_array().map(Vec::len);
+        assert_eq!(count, Some(1 + others.len()), "{scanned}");
+        // Without the rate the tool would listen, and ask.
+        (rig.rate, rig.says_yes) = (None, false);
+        let ended = rig.tool("get node-id");
+        assert_eq!(ended.code, code, "{ended:?}");
+        assert!(ended.notes.contains(note), "{ended:?}");
+    }
+}
+
+#[test]
 fn bit_rate_of_the_last_command_disturbs_no_bus_with_another_one() {
     for command in ["get cyclic-time", "raw 17"] {
         let config = folder("rate");

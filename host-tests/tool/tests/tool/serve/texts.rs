@@ -66,14 +66,14 @@ fn error_and_its_action_have_both_texts_of_the_page_instead_of_a_command() {
             "en",
             [
                 "nobody answers at node-ID 77 at 125 kbit/s: check power",
-                "press Find sensors.",
+                "\"Nobody answers\" of EXCHANGE.md",
             ],
         ),
         (
             "de",
             [
                 "niemand antwortet auf node-ID 77 bei 125 kbit/s: Prüfen",
-                "drücken Sie Sensoren suchen.",
+                "\"Niemand antwortet\" von AUSTAUSCH.md",
             ],
         ),
     ] {
