@@ -2,89 +2,13 @@
 
 use crate::image::image_for;
 use crate::process::client::{BOOT_UP, Client, POLL, REPLY};
-use crate::process::sensor::{PATIENCE, Sensor};
-use crate::{assert_fails, new_path, text};
+use crate::process::control::{Control, start};
+use crate::process::sensor::Sensor;
+use crate::{assert_fails, text};
 use serde_json::{Value, json};
-use std::io::{BufRead, BufReader, Write};
-use std::net::{Shutdown, TcpStream};
+use std::net::Shutdown;
 use stm32_sim::board::Board;
 use stm32_sim::firmware;
-
-/// A control client of a sensor.
-pub struct Control(BufReader<TcpStream>);
-
-impl Control {
-    pub fn connect(port: u16) -> Self {
-        let stream = TcpStream::connect(("127.0.0.1", port)).expect("it listens");
-        stream.set_nodelay(true).expect("a socket");
-        stream.set_read_timeout(Some(PATIENCE)).expect("a socket");
-        Self(BufReader::new(stream))
-    }
-
-    pub fn say(&mut self, bytes: &[u8]) {
-        self.0.get_mut().write_all(bytes).expect("it accepts");
-    }
-
-    /// The next line; None at the end.
-    pub fn next(&mut self) -> Option<Value> {
-        let mut line = String::new();
-        self.0.read_line(&mut line).expect("a line");
-        (!line.is_empty()).then(|| serde_json::from_str(&line).expect("JSON"))
-    }
-
-    /// Sends a request; returns the events before the answer, and the answer.
-    pub fn ask(&mut self, request: &str) -> (Vec<Value>, Value) {
-        self.say(format!("{request}\n").as_bytes());
-        let mut events = Vec::new();
-        loop {
-            match self.next().expect("an answer") {
-                event if event.get("event").is_some() => events.push(event),
-                answer => return (events, answer),
-            }
-        }
-    }
-
-    /// Sends a request that must succeed; returns the members of the answer.
-    #[track_caller]
-    pub fn ok(&mut self, request: &Value) -> Value {
-        let (_, mut answer) = self.ask(&request.to_string());
-        assert!(answer.get("error").is_none(), "{request}: {answer}");
-        answer["ok"].take()
-    }
-
-    /// The frames in this time.
-    pub fn frames(&mut self, seconds: f64) -> Vec<String> {
-        let request = json!({ "do": "advance", "seconds": seconds });
-        let (events, _) = self.ask(&request.to_string());
-        let frames = events.iter().filter_map(|event| event["frame"].as_str());
-        frames.map(str::to_owned).collect()
-    }
-
-    /// The data of the answer to this request.
-    #[track_caller]
-    pub fn answer(&mut self, request: &str, beginning: &str) -> String {
-        self.ok(&json!({ "do": "send", "frame": request }));
-        let frames = self.frames(0.3);
-        let answer = frames
-            .iter()
-            .find_map(|frame| frame.strip_prefix(beginning));
-        answer
-            .unwrap_or_else(|| panic!("no {beginning}: {frames:?}"))
-            .to_owned()
-    }
-}
-
-/// A sensor with this command line, and the port for control.
-pub fn start(arguments: &[&str]) -> (Sensor, u16) {
-    let mut sensor = Sensor::start(&[&["--control", "0"], arguments].concat());
-    let line = sensor.line();
-    let port = line.strip_prefix("control socket://127.0.0.1:");
-    let port = port.and_then(|port| port.parse().ok());
-    (
-        sensor,
-        port.unwrap_or_else(|| panic!("the second line is {line:?}")),
-    )
-}
 
 /// An is2 that has sent its boot-up messages: built for the PC, and as the image for the Blue Pill.
 fn awake() -> impl Iterator<Item = (Sensor, Control)> {
@@ -377,54 +301,4 @@ fn place_for_control_that_is_in_use_or_wrong_is_named() {
         let message = format!("cannot listen at {place} for control");
         assert_fails(&arguments, 1, &[&message]);
     }
-}
-
-#[test]
-fn sensors_of_one_bus_have_their_own_names_scenes_and_memories() {
-    let store = new_path("second.store");
-    let arguments = [
-        &["--bus-rate", "125", "--clock", "client"][..],
-        &["--scene", "tilt=1,2", "--model", "jn2101"],
-        &[
-            "--model",
-            "ims360",
-            "--scene",
-            "tilt=5,6",
-            "--store",
-            text(&store),
-        ],
-        &["--model=JN2101", "--scene", "tilt=-3,4"],
-    ]
-    .concat();
-    let (_sensor, port) = start(&arguments);
-    let mut control = Control::connect(port);
-    let sensors = control.ok(&json!({ "do": "sensors" }));
-    let names: Vec<&Value> = (0..3).map(|at| &sensors["sensors"][at]["sensor"]).collect();
-    assert_eq!(names, ["jn2101", "ims360", "jn2101-2"]);
-    let (_, answer) = control.ask(r#"{"do":"state"}"#);
-    let error = answer["error"].as_str().expect("an error");
-    assert!(error.contains("jn2101, ims360, jn2101-2"), "{error}");
-    control.ok(&json!({ "do": "tilt", "sensor": "jn2101-2", "x": 20, "y": 0 }));
-    control.ok(&json!({ "do": "power", "sensor": "ims360", "on": false }));
-    control.frames(2.0);
-    let mut state = |name| control.ok(&json!({ "do": "state", "sensor": name }));
-    assert_eq!(state("jn2101")["angles"], json!([1.0, 2.0]));
-    assert_eq!(state("jn2101-2")["angles"], json!([20.0, 0.0]));
-    let off = state("ims360");
-    assert_eq!((&off["on"], &off["angles"]), (&json!(false), &Value::Null));
-}
-
-#[test]
-fn second_sensor_with_option_of_the_bus_or_store_of_the_first_is_refused() {
-    let two = ["--model", "is2", "--model", "is1"];
-    let store = new_path("shared.store");
-    let own = ["--store", text(&store)];
-    let shared = [&two[..2], &own, &two[2..], &own].concat();
-    assert_fails(&shared, 2, &["the same store", text(&store)]);
-    assert_fails(
-        &[&two[..], &["--bus-rate", "125"]].concat(),
-        2,
-        &["--bus-rate"],
-    );
-    assert_fails(&[&two[..], &["--model", "is3"]].concat(), 2, &["is3"]);
 }

@@ -9,6 +9,7 @@ mod on;
 mod opening;
 mod output;
 mod process;
+mod several;
 mod slcan_pty;
 mod slcan_tcp;
 mod store;

@@ -1,4 +1,5 @@
-//! Shared by tests of the virtual sensor: the program as a process, and a raw slcan client.
+//! Shared by tests of the virtual sensor: the program as a process, a raw slcan client, and one that controls the sensors.
 
 pub mod client;
+pub mod control;
 pub mod sensor;
