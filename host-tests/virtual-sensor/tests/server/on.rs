@@ -177,7 +177,8 @@ fn errors_of_bus_without_a_frame_are_told_once() {
 fn adapter_takes_over_new_bit_rate_of_sensor() {
     let (port, lines) = adapter(|_| None);
     let _sensor = Sensor::start(&["--model", "ims360", "--on", &port]);
-    let mut stream = wait(&lines, "O");
+    // Frames before the answer to O are not for the sensor. Its boot-up message comes after it.
+    let mut stream = wait(&lines, "t732100");
     let mut say = |frame: &str| {
         let line = format!("{frame}\r");
         stream.write_all(line.as_bytes()).expect("a socket");
