@@ -13,8 +13,10 @@
 //! A power cut can lose records that the broker has already, so their numbers must not be used again: if the computer has started anew since
 //! the last use, and the program did not end by itself, many numbers are left out.
 
+mod record;
+
 use crate::error::{BrokerError, Error, FileError};
-use crc::{CRC_32_ISO_HDLC, Crc};
+use record::{encoded, record, valid};
 use std::collections::VecDeque;
 use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io::{self, BufReader, Read, Seek, Write};
@@ -22,9 +24,6 @@ use std::path::{Path, PathBuf};
 
 /// The length from which on a file is followed by another one.
 const FILE_LENGTH: u64 = 4 << 20;
-
-/// The longest record.
-const LONGEST: usize = 1 << 16;
 
 /// The numbers that are left out after a power cut: more than a bus has samples in the time that is not on the disk.
 const LEFT_OUT: u64 = 100_000;
@@ -44,13 +43,19 @@ const EXTENSION: &str = "records";
 /// The name of the file with the first number that is not acknowledged.
 const ACKNOWLEDGED: &str = "acknowledged";
 
-const CRC: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
-
 /// A file with records.
 struct Segment {
     /// The number of its first record.
     first: u64,
+    count: u64,
     length: u64,
+}
+
+impl Segment {
+    /// Its records from this number on.
+    fn waiting(&self, acknowledged: u64) -> u64 {
+        (self.first + self.count).saturating_sub(acknowledged.max(self.first))
+    }
 }
 
 /// The records that wait.
@@ -123,7 +128,11 @@ impl Queue {
             // What comes after damaged bytes has no number.
             let file = OpenOptions::new().write(true).open(&path);
             file.and_then(|file| file.set_len(length)).map_err(failed)?;
-            queue.segments.push_back(Segment { first, length });
+            queue.segments.push_back(Segment {
+                first,
+                count,
+                length,
+            });
             queue.next = queue.next.max(first + count);
         }
         let oldest = queue.segments.front().map_or(queue.next, |own| own.first);
@@ -145,6 +154,9 @@ impl Queue {
             if !waits {
                 self.acknowledged = self.next;
             }
+            // The start after this one must know it too, even if no record follows.
+            self.follow()?;
+            self.sync()?;
         }
         self.mark(start)
     }
@@ -176,7 +188,8 @@ impl Queue {
 
     /// The records that wait for an acknowledgement.
     pub fn waiting(&self) -> u64 {
-        self.next - self.acknowledged
+        let each = self.segments.iter();
+        each.map(|own| own.waiting(self.acknowledged)).sum()
     }
 
     /// The records that were lost since the last call, because the files were too long or the disk is full.
@@ -189,10 +202,7 @@ impl Queue {
     /// # Errors
     /// The file cannot be written.
     pub fn push(&mut self, bytes: &[u8]) -> Result<(), Error> {
-        debug_assert!(bytes.len() <= LONGEST);
-        let length = (bytes.len() as u32).to_le_bytes();
-        let crc = CRC.checksum(bytes).to_le_bytes();
-        let record = [&length[..], &crc, bytes].concat();
+        let record = encoded(bytes);
         loop {
             match self.append(&record) {
                 Ok(()) => break,
@@ -215,17 +225,25 @@ impl Queue {
         self.segments.iter().map(|own| own.length).sum()
     }
 
+    /// Goes on with a new file.
+    fn follow(&mut self) -> io::Result<()> {
+        self.sync()?;
+        let first = self.next;
+        self.writer = Some(File::create(self.path(first))?);
+        // The file of an earlier program with no valid record has the same name.
+        self.segments.retain(|own| own.first != first);
+        self.segments.push_back(Segment {
+            first,
+            count: 0,
+            length: 0,
+        });
+        Ok(())
+    }
+
     fn append(&mut self, record: &[u8]) -> io::Result<()> {
         let is_full = |own: &Segment| own.length >= FILE_LENGTH.min(self.limit / 2);
         if self.writer.is_none() || self.segments.back().is_none_or(is_full) {
-            self.sync()?;
-            let first = self.next;
-            let mut options = OpenOptions::new();
-            let options = options.create(true).truncate(true).write(true);
-            self.writer = Some(options.open(self.path(first))?);
-            // The file of an earlier program with no valid record has the same name.
-            self.segments.retain(|own| own.first != first);
-            self.segments.push_back(Segment { first, length: 0 });
+            self.follow()?;
         }
         let (Some(writer), Some(last)) = (&mut self.writer, self.segments.back_mut()) else {
             return Ok(());
@@ -235,6 +253,7 @@ impl Queue {
             writer.seek(io::SeekFrom::End(0))?;
             return Err(error);
         }
+        last.count += 1;
         last.length += record.len() as u64;
         Ok(())
     }
@@ -246,7 +265,7 @@ impl Queue {
         // The next start would read it again.
         let _ = fs::remove_file(self.path(oldest.first));
         let first = self.segments.front().map_or(self.next, |own| own.first);
-        self.lost += first.saturating_sub(self.acknowledged);
+        self.lost += oldest.waiting(self.acknowledged);
         self.acknowledged = self.acknowledged.max(first);
     }
 
@@ -355,37 +374,6 @@ impl Drop for Queue {
         // A program that is just being started by this one has a copy of the file, which would keep the lock for a moment.
         let _ = self.lock.unlock();
     }
-}
-
-/// The next record of a file; None: the end, or damaged bytes.
-fn record(file: &mut impl Read) -> io::Result<Option<Vec<u8>>> {
-    let mut head = [0; 8];
-    let mut read = |bytes: &mut [u8]| match file.read_exact(bytes) {
-        Err(error) if error.kind() == io::ErrorKind::UnexpectedEof => Ok(false),
-        read => read.map(|()| true),
-    };
-    if !read(&mut head)? {
-        return Ok(None);
-    }
-    let [length, crc] =
-        [0, 4].map(|at| u32::from_le_bytes([0, 1, 2, 3].map(|byte| head[at + byte])));
-    if length as usize > LONGEST {
-        return Ok(None);
-    }
-    let mut bytes = vec![0; length as usize];
-    let is_valid = read(&mut bytes)? && CRC.checksum(&bytes) == crc;
-    Ok(is_valid.then_some(bytes))
-}
-
-/// The number of valid records at the start of a file, and their length.
-fn valid(path: &Path) -> io::Result<(u64, u64)> {
-    let mut file = BufReader::new(File::open(path)?);
-    let (mut count, mut length) = (0, 0);
-    while let Some(bytes) = record(&mut file)? {
-        count += 1;
-        length += 8 + bytes.len() as u64;
-    }
-    Ok((count, length))
 }
 
 #[cfg(test)]
