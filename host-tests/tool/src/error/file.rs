@@ -133,6 +133,10 @@ texts! {
         NoPart(line: usize) = "line {line} is no part of the entry, or has no comma at its end", "Zeile {line} ist kein Teil des Eintrags oder hat am Ende kein Komma";
         SectionTwice(line: usize, name: String) = "line {line} has the section [{name}] again", "Zeile {line} hat den Abschnitt [{name}] noch einmal";
         NoEntryLine(line: usize) = "line {line} is no entry of an EDS", "Zeile {line} ist kein Eintrag einer EDS";
+        EndsBefore(end: usize, line: usize) = "line {end} ends an entry, and line {line} is no part of another one: remove the line or the semicolon that is too much",
+            "Zeile {end} beendet einen Eintrag, und Zeile {line} ist kein Teil eines anderen: Entfernen Sie die Zeile oder das Semikolon, das zu viel ist";
+        OnlyCommas(line: usize, count: usize) = "line {line} has only commas, and its entry has not the number of fields of an EDS ({count}): remove the line, or complete the fields",
+            "Zeile {line} hat nur Kommas, und ihr Eintrag hat nicht die Anzahl der Felder einer EDS ({count}): Entfernen Sie die Zeile, oder vervollständigen Sie die Felder";
         NoEnd(line: usize, entry: String) = "line {line}: the entry {entry} has no end", "Zeile {line}: Der Eintrag {entry} hat kein Ende";
         NoEntry = "it has no entry that can be read or written", "es hat keinen Eintrag, der gelesen oder geschrieben werden kann";
         TooMany(most: usize) = "it has more than {most} entries", "es hat mehr als {most} Einträge";

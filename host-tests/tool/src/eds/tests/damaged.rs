@@ -60,6 +60,10 @@ fn stray_line_in_an_entry_of_several_lines_is_an_error_with_its_line() {
         "[]",
         "[Params",
         "= 5;",
+        ",",
+        ",,",
+        ";",
+        "5;",
     ] {
         for behind in 5..=12 {
             let why = parsed(with_line(LINES, behind, stray).as_bytes()).unwrap_err();
@@ -75,6 +79,41 @@ fn stray_line_in_an_entry_of_several_lines_is_an_error_with_its_line() {
     }
     let why = parsed(LINES.replace("Param1 =\n", "").as_bytes()).unwrap_err();
     assert!(why.contains("line 5 "), "{why}");
+}
+
+#[test]
+fn second_end_of_an_entry_is_an_error_with_its_line() {
+    for stray in [";", "5;"] {
+        for behind in [2, 3, 13, 14] {
+            let why = parsed(with_line(LINES, behind, stray).as_bytes()).unwrap_err();
+            let line = format!("line {} ", behind + 1);
+            assert!(why.contains(&line), "{stray} behind line {behind}: {why}");
+        }
+    }
+}
+
+/// Makers write empty fields so, and the semicolon on a line of its own.
+#[test]
+fn line_of_commas_is_empty_fields_of_a_complete_parameter() {
+    let complete = LINES.replace("10, 1000, 10;", "10, 1000, 10,\n,,,,\n,,,,\n;");
+    let wanted = entries(&parsed(LINES.as_bytes()).unwrap());
+    let sheet = parsed(complete.as_bytes()).unwrap();
+    assert_eq!(entries(&sheet), wanted);
+    assert_eq!(sheet.data_sheet.unwrap().ignored, [0; 0]);
+    for (behind, line) in [(5, 6), (12, 13), (13, 14)] {
+        let why = parsed(with_line(&complete, behind, ",").as_bytes()).unwrap_err();
+        assert!(why.contains(&format!("line {line} ")), "{behind}: {why}");
+    }
+}
+
+#[test]
+fn line_of_a_comma_in_an_entry_that_needs_no_empty_field_is_an_error_with_its_line() {
+    let names = LINES.replace("[Params]\n", "[Params]\nEnum2 =\n1, \"off\",\n2, \"on\";\n");
+    let identity = LINES.replace("VendCode = 9;", "VendCode =\n9;");
+    for (text, behind) in [(&names, 5), (&names, 6), (&identity, 2)] {
+        let why = parsed(with_line(text, behind, ",").as_bytes()).unwrap_err();
+        assert!(why.contains(&format!("line {} ", behind + 1)), "{why}");
+    }
 }
 
 #[test]
