@@ -116,7 +116,7 @@ fn power_cut_in_the_repair_leaves_the_bootloader_or_the_new_program() {
     let all = count(&files);
     let mut cuts = 0;
     for first in [0, 1, 2, 3, all / 2, all - 2, all - 1] {
-        for second in (0..all).step_by(effort::choose(521, 1)) {
+        for second in (0..all).step_by(effort::choose(1100, 1)) {
             let what = format!("operations {first} and {second}");
             let mut rig = waiting(old);
             assert!(interrupt(&mut rig, new, first), "{what}");
