@@ -14,7 +14,7 @@ pub use file::{Fault, FileError};
 pub use number::NumberError;
 pub use page::{Forbidden, PageError};
 pub use request::{Meant, RequestError};
-pub use sensor::{Next, Place, Rates, Reason, Refusal, SensorError, Silence, What};
+pub use sensor::{Differing, Next, Place, Rates, Reason, Refusal, SensorError, Silence, What};
 
 use crate::note::Note;
 use crate::question::Question;

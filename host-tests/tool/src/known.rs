@@ -102,8 +102,8 @@ pub fn meant<'a>(typed: &str, names: impl IntoIterator<Item = &'a str>) -> Meant
         let best = rated.max_by(|one, other| one.0.total_cmp(&other.0));
         best.filter(|(similarity, _)| *similarity >= SIMILAR)
     };
-    let whole = |name: &str| strsim::jaro_winkler(&small, name);
-    let word = |name: &str| name.split('-').map(whole).fold(0.0, f64::max);
+    let whole = |name: &str| strsim::jaro_winkler(&small, &name.to_lowercase());
+    let word = |name: &str| name.split(['-', ' ']).map(whole).fold(0.0, f64::max);
     match best(&whole).or_else(|| best(&word)) {
         Some((_, name)) => Meant::Name(name.to_owned()),
         None => Meant::Nothing,

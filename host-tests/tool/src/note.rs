@@ -1,6 +1,6 @@
 //! What a user must know beside the result of a command, and the steps of a scan.
 
-use crate::error::Error;
+use crate::error::{Differing, Error};
 use adapter::unread::Unread;
 use plumbline::can::BitRate;
 use plumbline::time::Duration;
@@ -107,8 +107,8 @@ texts! {
             "die Anfragen an alle Node-IDs, MAC IDs und 11-Bit-Identifier dauern mindestens {seconds} s";
         WaitsInBootloader = "the sensor waits in its bootloader: its settings were not read",
             "der Sensor wartet in seinem Bootloader: Seine Einstellungen wurden nicht gelesen";
-        SettingsDiffer(count: usize, path: String) = "{count} settings differ from {path}: `plumbline restore` writes them again",
-            "{count} Einstellungen sind anders als in {path}: `plumbline restore` schreibt sie wieder";
+        SettingsDiffer(differing: Differing, path: String) = "{differing} from {path}: `plumbline restore` writes the file again",
+            "{differing} als in {path}: `plumbline restore` schreibt die Datei wieder";
         SendsOnce(frame: String) = "sends {frame} once", "sendet {frame} einmal";
         Replays(count: usize, path: String, time: f64) = "sends {count} frames of {path} in {time:.1} s", "sendet {count} Frames von {path} in {time:.1} s";
         ReplaysAgain(count: usize, path: String, time: f64) = "sends {count} frames of {path} again and again, each time in {time:.1} s",

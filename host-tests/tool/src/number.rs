@@ -7,7 +7,8 @@ mod scale;
 
 pub use scale::Scale;
 
-use crate::error::NumberError;
+use crate::error::{Meant, NumberError};
+use crate::known::meant;
 use crate::master::fsc::request::shown;
 use crate::sheet::{Entry, Form};
 use plumbline::can::CanId;
@@ -73,13 +74,18 @@ impl Entry {
             ..self.clone()
         };
         let number = scaled.number(text).map_err(|wrong| {
-            let (name, range) = (&self.name, self.range());
-            match wrong.is_out_of_range() {
-                true => self.not_permitted(text.trim()),
-                false => {
-                    NumberError::NoValue(name.clone(), text.to_owned(), Box::new(wrong), range)
-                }
+            if wrong.is_out_of_range() {
+                return self.not_permitted(text.trim());
             }
+            let meant = match wrong {
+                NumberError::Names(_) => {
+                    let names = self.meanings.iter().map(|(_, name)| *name);
+                    meant(text.trim(), names)
+                }
+                _ => Meant::Nothing,
+            };
+            let (name, why) = (self.name.clone(), Box::new(wrong));
+            NumberError::NoValue(name, text.to_owned(), why, self.range(), meant)
         })?;
         let raw = self.raw(number, scale)?;
         self.check(raw, scale)?;
@@ -147,6 +153,11 @@ impl Entry {
         if matches.is_empty() && !text.starts_with(|letter: char| !letter.is_alphabetic()) {
             // `butterworth` is `Butterworth 8th order`: whole words, but no part of a word.
             matches = found(&|name| has_first_words(name, &wanted));
+        }
+        if matches.is_empty() && text.starts_with(char::is_alphabetic) {
+            // `j1939` is `SAE J1939`: a word with a number is a name of its own, but `change` is not `no change`.
+            let is_own = |word: &str| word.contains(|letter: char| letter.is_ascii_digit());
+            matches = found(&|name| is_own(&wanted) && plain(last_word(name)) == wanted);
         }
         if matches.is_empty() {
             // `250` and `0.25 Mbit/s` are `250 kbit/s`.
@@ -250,6 +261,11 @@ fn has_first_words(name: &str, wanted: &str) -> bool {
     let ends = name.match_indices(' ').map(|(end, _)| end);
     let mut beginnings = ends.map(|end| plain(&name[..end]));
     beginnings.any(|own| own == wanted)
+}
+
+/// The last word of a name.
+fn last_word(name: &str) -> &str {
+    name.rsplit(' ').next().unwrap_or_default()
 }
 
 /// Letters and digits in small letters: names are compared without spaces, hyphens and capitals.

@@ -4,7 +4,7 @@ use super::bus::Bus;
 use super::file;
 use crate::backup::Backup;
 use crate::connect::{self, Wanted};
-use crate::error::{Error, FileError, RequestError};
+use crate::error::{Differing, Error, FileError, RequestError};
 use crate::identify::Found;
 use crate::image::ImageFile;
 use crate::link::Link;
@@ -254,7 +254,7 @@ fn finish(
             let path = path.display().to_string();
             let count = restore::count_differences(session, &backup)?;
             if count > 0 {
-                terminal.note(&Note::SettingsDiffer(count, path.clone()));
+                terminal.note(&Note::SettingsDiffer(Differing::of(count), path.clone()));
             }
             Some((path, count))
         }

@@ -1,5 +1,6 @@
 //! Errors of values.
 
+use super::Meant;
 use texts::errors;
 
 errors! {
@@ -20,8 +21,8 @@ errors! {
         Names(names: String): Usage "bad-value" = "its values are {names}", "die Werte sind {names}";
         Ambiguous(text: String, names: String): Usage "bad-value" = "{text} is ambiguous: its values are {names}",
             "{text} ist nicht eindeutig: Die Werte sind {names}";
-        NoValue(name: String, text: String, why: Box<NumberError>, range: String): Usage "bad-value" = "{name} = {text:?}: {why}; it takes {range}",
-            "{name} = {text:?}: {why}; erlaubt sind {range}";
+        NoValue(name: String, text: String, why: Box<NumberError>, range: String, meant: Meant): Usage "bad-value" = "{name} = {text:?}: {why}; it takes {range}{meant}",
+            "{name} = {text:?}: {why}; erlaubt sind {range}{meant}";
         NotPermitted(value: String, name: String, range: String): Usage "out-of-range" = "{value} is not permitted: {name} takes {range}",
             "{value} ist nicht erlaubt: {name} kann {range} sein";
         ReadOnly(name: String): Usage "read-only" = "{name} can only be read: `plumbline get {name}` shows it",

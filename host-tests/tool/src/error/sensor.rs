@@ -83,8 +83,8 @@ errors! {
             "dieser Sensor ({sensor}) ist keiner, der im Plan an der Reihe ist: Nichts hat sich geändert. Schalten Sie ihn aus, oder ändern Sie den Plan";
         Together(address: String, serials: String): Usage "several-sensors" = "several sensors answer at {address}, with the serial numbers {serials}: leave only one of them on. The same command goes on",
             "mehrere Sensoren antworten auf {address}, mit den Seriennummern {serials}: Lassen Sie nur einen eingeschaltet. Derselbe Befehl setzt fort";
-        NotKept(name: String, count: usize): Refused "not-kept" = "{count} settings of {name} differ from the plan after its restart: the same command writes them again",
-            "{count} Einstellungen von {name} sind nach seinem Neustart anders als im Plan: Derselbe Befehl schreibt sie noch einmal";
+        NotKept(name: String, differing: Differing): Refused "not-kept" = "{name} after its restart: {differing} from the plan. The same command writes the plan again",
+            "{name} nach dem Neustart: {differing} als im Plan. Derselbe Befehl schreibt den Plan noch einmal";
         BadIdentity(why: String): Refused "unexpected-answer" = "{why}", "die Identität ist nicht gültig: {why}";
         Owned(mac: u8): Refused "owned" = "another master owns the sensor with MAC ID {mac}: it is only listened to; stop that master and repeat",
             "ein anderer Master besitzt den Sensor mit der MAC ID {mac}: Er wird nur gehört; halten Sie diesen Master an, und wiederholen Sie";
@@ -147,8 +147,26 @@ errors! {
         BusFaults(count: usize): Refused "bus-faults" = "faults of the bus: {count}", "Fehler des Busses: {count}";
         Replacement(count: usize): Refused "different" = "the new sensor differs from the old one: {count}; the report lists the differences",
             "der neue Sensor unterscheidet sich vom alten: {count}; der Bericht nennt die Unterschiede";
-        Different(count: usize, path: String): Refused "different" = "{count} settings of the sensor differ from {path}",
-            "{count} Einstellungen des Sensors sind anders als in {path}";
+        Different(differing: Differing, path: String): Refused "different" = "{differing} from {path}",
+            "{differing} als in {path}";
+    }
+}
+
+texts! {
+    /// How many settings differ, before the word for "from".
+    Differing {
+        One = "1 setting differs", "1 Einstellung ist anders";
+        Several(count: usize) = "{count} settings differ", "{count} Einstellungen sind anders";
+    }
+}
+
+impl Differing {
+    /// This number of settings.
+    pub fn of(count: usize) -> Self {
+        match count {
+            1 => Self::One,
+            count => Self::Several(count),
+        }
     }
 }
 

@@ -1,6 +1,6 @@
 use super::*;
 use crate::sheet::Sheet;
-use plumbline::model::catalog::find;
+use plumbline::model::catalog::{PRODUCTS, find};
 
 fn scale(unit: &'static str, decimals: u8) -> Scale {
     Scale::of(unit, decimals)
@@ -169,6 +169,43 @@ fn name_is_read_without_regard_to_spaces_and_capitals() {
     }
     assert_eq!(parse("is2", "baud-rate", "6"), Ok(6));
     assert_eq!(parse("jn2101", "filter", "5Hz"), Ok(2));
+}
+
+/// Each enumerated value of each product: in any case, and a proper name of it by itself.
+#[test]
+fn value_is_its_name_in_any_case_of_all_products() {
+    for product in PRODUCTS {
+        for entry in Sheet::of(product).entries {
+            for (raw, name) in entry.meanings.iter().filter(|(_, name)| !name.is_empty()) {
+                for text in [name.to_lowercase(), name.to_uppercase()] {
+                    assert_eq!(entry.parse(&text), Ok(*raw), "{} {text}", entry.name);
+                }
+            }
+        }
+    }
+    for text in ["j1939", "J1939", "sae-j1939"] {
+        assert_eq!(parse("ims360", "can-protocol", text), Ok(1), "{text}");
+    }
+    for (name, text) in [("can-protocol", "sae 1"), ("can-protocol", "j193")] {
+        assert!(parse("ims360", name, text).is_err(), "{name}={text}");
+    }
+}
+
+#[test]
+fn wrong_name_names_the_value_that_is_probably_meant() {
+    for (product, name, text, meant) in [
+        ("ims360", "can-protocol", "j1938", "SAE J1939"),
+        ("ims360", "can-protocol", "canopne", "CANopen"),
+        ("is2", "filter-type", "Buterworth", "Butterworth"),
+        ("jn2101", "filter", "10h", "10 Hz"),
+    ] {
+        let sheet = Sheet::of(find(product).unwrap());
+        let mut entries = sheet.entries.iter();
+        let entry = entries.find(|entry| entry.name == name).unwrap();
+        let why = entry.accept(text, &entry.scale).unwrap_err().to_string();
+        let end = format!(". Did you mean {meant}?");
+        assert!(why.ends_with(&end), "{why}");
+    }
 }
 
 #[test]

@@ -10,7 +10,7 @@ pub mod state;
 use super::adjust::{What, adjust};
 use super::report::Report;
 use super::{address, restore};
-use crate::error::{Error, SensorError, Silence};
+use crate::error::{Differing, Error, SensorError, Silence};
 use crate::identify::{self, Found};
 use crate::labels::Labels;
 use crate::link::Link;
@@ -230,7 +230,7 @@ fn one(
     identify::is_same(session, &found)?;
     match restore::compare(session, settings)? {
         0 => {}
-        count => return Err(SensorError::NotKept(item.name.clone(), count).into()),
+        count => return Err(SensorError::NotKept(item.name.clone(), Differing::of(count)).into()),
     }
     row.address = target.named();
     row.rate = rate.map(|rate| rate.name().to_owned());

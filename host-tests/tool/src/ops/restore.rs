@@ -3,7 +3,7 @@
 use super::set::{acts_later, constrain, write};
 use super::{address, adjust};
 use crate::backup::Backup;
-use crate::error::{Error, FileError, NumberError, SensorError};
+use crate::error::{Differing, Error, FileError, NumberError, SensorError};
 use crate::identify::Found;
 use crate::master::Storing;
 use crate::note::Note;
@@ -136,7 +136,7 @@ pub(crate) fn diff(
     terminal.document(&document(&differences))?;
     match differences.len() {
         count @ 1.. if exit_code => {
-            let different = SensorError::Different(count, file);
+            let different = SensorError::Different(Differing::of(count), file);
             Err(Error::from(different).after_document())
         }
         _ => Ok(()),
