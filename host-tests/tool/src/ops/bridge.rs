@@ -21,6 +21,7 @@ use sensor::About;
 use serde_json::{Map, Value, json};
 use std::path::PathBuf;
 use std::time::{Duration as Wait, Instant};
+use texts::Kind;
 use topics::{HERE, Topics};
 
 /// The pause between two writes of the buffer to the disk.
@@ -86,13 +87,7 @@ impl Mqtt {
     /// No connection can succeed.
     fn tell(&mut self, terminal: &mut Terminal) -> Result<(), Error> {
         for told in self.broker.told() {
-            match told {
-                Told::Connected => terminal.note(&Note::BrokerConnected(self.url.clone())),
-                Told::Away(reason, seconds) => {
-                    terminal.note(&Note::BrokerAway(self.url.clone(), reason, seconds));
-                }
-                Told::Failed(failure) => return Err(failure),
-            }
+            hand_on(told, &self.url, terminal)?;
         }
         if self.synced.elapsed() < SYNC {
             return Ok(());
@@ -119,13 +114,33 @@ impl Mqtt {
             self.broker.keep(topic, HERE[0].to_owned());
         }
         let path = self.buffer.display().to_string();
-        match self.broker.end() {
+        let (left, told) = self.broker.end();
+        match left {
             Ok(0) => {}
             Ok(left) => terminal.note(&Note::RecordsLeft(left, path)),
             Err(error) => terminal.note(&Note::NotSynchronised(path, error.to_string())),
         }
-        Ok(())
+        // There is no next try.
+        let told = told
+            .into_iter()
+            .filter(|own| !matches!(own, Told::Away(..)));
+        told.map(|told| hand_on(told, &self.url, terminal))
+            .collect()
     }
+}
+
+/// Tells the user what the thread of the broker has told.
+///
+/// # Errors
+/// No connection can succeed.
+fn hand_on(told: Told, url: &str, terminal: &mut Terminal) -> Result<(), Error> {
+    let url = url.to_owned();
+    match told {
+        Told::Connected => terminal.note(&Note::BrokerConnected(url)),
+        Told::Away(reason, seconds) => terminal.note(&Note::BrokerAway(url, reason, seconds)),
+        Told::Failed(failure) => return Err(failure),
+    }
+    Ok(())
 }
 
 /// The document of angles, without its number.
@@ -215,7 +230,11 @@ pub fn run(
         fleet.abouts().for_each(|about| mqtt.introduce(about));
     }
     let end = time.map(|time| fleet.end_after(time));
-    let result = turns(&mut fleet, &mut outputs, end, terminal);
+    let result = match turns(&mut fleet, &mut outputs, end, terminal) {
+        // Ctrl-C in a search for other sensors is the usual end too.
+        Err(failure) if failure.kind() == Kind::Stopped => Ok(()),
+        result => result,
+    };
     let abouts: Vec<About> = fleet.abouts().cloned().collect();
     let released = fleet.end();
     if let Some(roll) = &mut outputs.roll

@@ -134,7 +134,11 @@ impl Broker {
         let own = shared.clone();
         let name = wanted.address.to_string();
         let thread = thread::Builder::new().name("broker".to_owned());
-        let thread = thread.spawn(move || runtime.block_on(run(&wanted, &own, &sender)));
+        let thread = thread.spawn(move || {
+            runtime.block_on(run(&wanted, &own, &sender));
+            // The search for the address of the broker can last longer.
+            runtime.shutdown_background();
+        });
         let thread = thread.map_err(|error| BrokerError::Socket(name, error.to_string()))?;
         let broker = Self {
             shared,
@@ -192,19 +196,17 @@ impl Broker {
         self.shared.queue().sync()
     }
 
-    /// Says that the bridge ends, and delivers what can be delivered in some seconds. Returns the number of records that stay in the queue.
-    ///
-    /// # Errors
-    /// The queue cannot be written.
-    pub fn end(self) -> std::io::Result<u64> {
+    /// Says that the bridge ends, and delivers what can be delivered in some seconds. Returns the number of records that stay in the queue,
+    /// or the reason why it cannot be written; and what the thread has told since the last call.
+    pub fn end(self) -> (std::io::Result<u64>, Vec<Told>) {
         self.keep(self.availability.clone(), HERE[0].to_owned());
         self.shared.ends.send_replace(true);
         self.shared.wake.notify_one();
         // The thread that has panicked has told it on standard error.
         let _ = self.thread.join();
         let mut queue = self.shared.queue();
-        queue.end()?;
-        Ok(queue.waiting())
+        let left = queue.end().map(|()| queue.waiting());
+        (left, self.told.try_iter().collect())
     }
 }
 

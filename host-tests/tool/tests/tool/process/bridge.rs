@@ -1,14 +1,15 @@
 //! `bridge` with the broker mosquitto, which is a program of its own. Without it the tests print `skipped`; in a continuous integration run
 //! (`CI` is set) they fail.
 
-use super::mosquitto::{Collected, Mosquitto, Subscriber, until};
+use super::mosquitto::{Collected, Mosquitto, Subscriber, terminate, until};
 use super::sensor::{Sensor, command, plumbline};
 use bench::BusRate;
 use plumbline::can::BitRate;
 use serde_json::{Value, json};
+use std::io::{BufRead, BufReader};
 use std::net::UdpSocket;
 use std::path::Path;
-use std::process::{Child, Output, Stdio};
+use std::process::{Child, Stdio};
 use std::time::Duration;
 use virtual_sensor::server::Clock;
 
@@ -28,9 +29,19 @@ fn start(sensor: &Sensor, folder: &Path, words: &str) -> Child {
     command.spawn().expect("the program starts")
 }
 
-fn run(sensor: &Sensor, folder: &Path, words: &str) -> Output {
-    let child = start(sensor, folder, words);
-    child.wait_with_output().expect("the program ends")
+/// The notes of `bridge` until one has these words. The time is only a limit for a test that fails.
+fn noted(sensor: &Sensor, folder: &Path, words: &str, part: &str) -> (Child, String) {
+    let mut child = start(sensor, folder, &format!("--seconds 120 {words}"));
+    let lines = BufReader::new(child.stderr.take().expect("its notes")).lines();
+    let mut notes = String::new();
+    for line in lines {
+        notes += &line.expect("a note");
+        if notes.contains(part) {
+            return (child, notes);
+        }
+        notes.push('\n');
+    }
+    panic!("{words}: no {part}: {notes}");
 }
 
 /// The length of the records in the buffer.
@@ -140,12 +151,14 @@ fn broker_keeps_identity_status_availability_and_the_discovery() {
         subscriber.collect(&mut all);
         all.newest["yard/crane/bridge/availability"] == "offline"
     });
-    // The end by itself says it for the sensors too.
-    let output = run(
-        &sensor,
-        folder.path(),
-        &format!("--seconds 0.5 --mqtt {}", broker.url()),
-    );
+    // The end by SIGTERM says it for the sensors too.
+    let bridge = start(&sensor, folder.path(), &format!("--mqtt {}", broker.url()));
+    until("the next connection", || {
+        subscriber.collect(&mut all);
+        all.newest["yard/crane/bridge/availability"] == "online"
+    });
+    terminate(&bridge);
+    let output = bridge.wait_with_output().expect("the program ends");
     assert!(output.status.success(), "{output:?}");
     until("the end of the sensor", || {
         subscriber.collect(&mut all);
@@ -181,30 +194,38 @@ fn password_and_certificate_that_the_broker_does_not_take_end_the_bridge() {
     for (words, code, part) in [
         (
             format!("--mqtt {url} --ca {ca} --credentials {good}"),
-            0,
+            None,
             "connected with mqtts://localhost",
         ),
         (
             format!("--mqtt {url} --ca {ca} --credentials {bad}"),
-            4,
+            Some(4),
             "refuses user or password",
         ),
         (
             format!("--mqtt {url} --ca {other} --credentials {good}"),
-            4,
+            Some(4),
             "is not accepted",
         ),
-        (format!("--mqtt {url} --credentials {good}"), 4, "--ca"),
+        (
+            format!("--mqtt {url} --credentials {good}"),
+            Some(4),
+            "--ca",
+        ),
         (
             format!("--mqtt {plain} --credentials {good}"),
-            0,
+            None,
             "next try in 1 s",
         ),
     ] {
-        let output = run(&sensor, folder.path(), &format!("--seconds 2 {words}"));
-        let notes = String::from_utf8_lossy(&output.stderr);
-        assert_eq!(output.status.code(), Some(code), "{words}: {notes}");
-        assert!(notes.contains(part), "{words}: {notes}");
+        let (mut bridge, notes) = noted(&sensor, folder.path(), &words, part);
+        match code {
+            Some(_) => {
+                let status = bridge.wait().expect("the program ends");
+                assert_eq!(status.code(), code, "{words}: {notes}");
+            }
+            None => kill(bridge),
+        }
         assert!(!notes.contains("secret"), "{notes}");
     }
 }

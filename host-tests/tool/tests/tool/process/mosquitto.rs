@@ -22,6 +22,12 @@ pub fn until(what: &str, mut is_so: impl FnMut() -> bool) {
     }
 }
 
+/// Asks a program to end, with SIGTERM.
+pub fn terminate(child: &Child) {
+    let sent = Command::new("kill").arg(child.id().to_string()).status();
+    assert!(sent.is_ok_and(|status| status.success()));
+}
+
 /// A broker that keeps its sessions while it is away.
 pub struct Mosquitto {
     program: PathBuf,
@@ -107,9 +113,7 @@ impl Mosquitto {
     /// Ends it. It keeps its sessions in its file.
     pub fn stop(&mut self) {
         if let Some(mut child) = self.child.take() {
-            let id = child.id().to_string();
-            let ended = Command::new("kill").arg(id).status();
-            assert!(ended.is_ok_and(|status| status.success()));
+            terminate(&child);
             child.wait().expect("mosquitto ends");
         }
     }
