@@ -44,7 +44,9 @@ pub(super) fn bridge(wanted: &Bridge, bus: &mut Bus, terminal: &mut Terminal) ->
     }
     let lease = Lease::of_messages(bus.adapter()?);
     let (rate, found) = search(&lease, wanted.active, bus, terminal)?;
-    let fleet = Fleet::new(lease, rate, found, millis(wanted.every), terminal)?;
+    let is_open = bus.options.sensor.target()?.is_none();
+    let every = millis(wanted.every);
+    let fleet = Fleet::new(lease, rate, found, is_open, every, terminal)?;
     let roll = to.map(|to| Roll::new(to, &fleet, wanted.axis.as_deref()));
     let roll = roll.transpose()?;
     let mqtt = prepared.map(|(connection, topics, queue, buffer)| {

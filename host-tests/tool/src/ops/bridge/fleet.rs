@@ -14,6 +14,7 @@ use adapter::Mode;
 use plumbline::can::{BitRate, Frame};
 use plumbline::time::{Duration, Instant, after, millis};
 use serde_json::Value;
+use std::collections::BTreeSet;
 use std::time::{SystemTime, UNIX_EPOCH};
 use texts::Kind;
 
@@ -48,11 +49,14 @@ pub struct Fleet {
     every: Duration,
     /// The frames since the start of a search; None: none runs.
     heard: Option<Vec<(Instant, Frame)>>,
-    search: Instant,
+    /// The time of the next one; None: the user has chosen one sensor.
+    search: Option<Instant>,
+    /// The user knows that these are left out.
+    left_out: BTreeSet<String>,
 }
 
 impl Fleet {
-    /// The sensors that a scan has found.
+    /// The sensors that a scan has found; or, without `is_open`, the one that the user has chosen, beside which no others are taken.
     ///
     /// # Errors
     /// None of them is of the catalogue, or the adapter fails.
@@ -60,12 +64,13 @@ impl Fleet {
         lease: Lease,
         rate: Option<BitRate>,
         found: Vec<Found>,
+        is_open: bool,
         every: Duration,
         terminal: &mut Terminal,
     ) -> Result<Self, Error> {
         let mut link = Link::new(Box::new(lease.clone()), &terminal.stopped);
         link.open(rate, Mode::Active)?;
-        let search = after(link.now(), SEARCH);
+        let search = is_open.then(|| after(link.now(), SEARCH));
         let mut fleet = Self {
             lease,
             link,
@@ -73,6 +78,7 @@ impl Fleet {
             every,
             heard: None,
             search,
+            left_out: BTreeSet::new(),
         };
         for found in found {
             fleet.add(found, terminal)?;
@@ -101,17 +107,24 @@ impl Fleet {
         match added {
             Err(failure) if is_of_bus(&failure) => Err(failure),
             Err(failure) => {
-                terminal.note(&Note::LeftOut(format!("{line}: {failure}")));
+                self.leave_out(Note::LeftOut(format!("{line}: {failure}")), terminal);
                 Ok(false)
             }
             Ok(None) => {
-                terminal.note(&Note::NotBridged(line));
+                self.leave_out(Note::NotBridged(line), terminal);
                 Ok(false)
             }
             Ok(Some(sensor)) => {
                 self.sensors.push(sensor);
                 Ok(true)
             }
+        }
+    }
+
+    /// Tells that a sensor is left out. Each search finds it again, but the user is told once.
+    fn leave_out(&mut self, note: Note, terminal: &mut Terminal) {
+        if self.left_out.insert(note.to_string()) {
+            terminal.note(&note);
         }
     }
 
@@ -171,15 +184,15 @@ impl Fleet {
     /// Asks the nodes whose frames were heard, and who are not known.
     fn look_for_others(&mut self, terminal: &mut Terminal, take: Take) -> Result<(), Error> {
         let now = self.link.now();
-        if now < self.search {
+        if self.search.is_none_or(|at| now < at) {
             return Ok(());
         }
         let Some(heard) = self.heard.take() else {
             self.heard = Some(Vec::new());
-            self.search = after(now, listen::LONG);
+            self.search = Some(after(now, listen::LONG));
             return Ok(());
         };
-        self.search = after(now, SEARCH);
+        self.search = Some(after(now, SEARCH));
         for sighting in passive::sightings(&heard) {
             let Some(target) = sighting.target.filter(|_| sighting.is_sure) else {
                 continue;

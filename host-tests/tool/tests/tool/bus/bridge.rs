@@ -57,6 +57,18 @@ fn every_sensor_of_the_bus_is_sampled_with_the_same_pause() {
 }
 
 #[test]
+fn sensor_of_an_address_stays_the_only_one() {
+    let (mut rig, _) = pair(
+        "jn2101",
+        &["--node 10 set heartbeat-interval-time=1s --save"],
+        "ims360",
+    );
+    let (samples, notes) = bridge(&mut rig, "--rate 125 --node 50 bridge --seconds 70");
+    let others = samples.len() - count(&samples, "s/b/8/angle");
+    assert_eq!(others, 0, "{notes}");
+}
+
+#[test]
 fn one_sensor_is_named_by_its_address_in_every_protocol() {
     for (product, option, topic, angle) in [
         ("is2", "--id 300", "s/b/1/angle", "angle_x_deg"),
