@@ -66,17 +66,22 @@ impl Topics {
         let product = identity["product"].as_str().unwrap_or("sensor");
         let label = identity["label"].as_str();
         let name = label.map_or_else(|| format!("{product} {}", about.name), str::to_owned);
+        let mut device = json!({
+            "identifiers": [unit],
+            "name": name,
+            "manufacturer": about.maker,
+            "model": product,
+            "serial_number": identity["serial"].as_u64().map(|serial| serial.to_string()),
+            "sw_version": identity["firmware"],
+        });
+        if let Some(device) = device.as_object_mut() {
+            // Home Assistant refuses a document with a text that is null.
+            device.retain(|_, value| !value.is_null());
+        }
         let common = json!({
             "availability": [{"topic": self.bridge()}, {"topic": self.sensor(about, "availability")}],
             "availability_mode": "all",
-            "device": {
-                "identifiers": [unit],
-                "name": name,
-                "manufacturer": about.maker,
-                "model": product,
-                "serial_number": about.name,
-                "sw_version": identity["firmware"],
-            },
+            "device": device,
             "origin": {"name": "plumbline", "sw_version": env!("CARGO_PKG_VERSION")},
         });
         let entity = |kind: &str, name: &str, own: Value| {
@@ -125,4 +130,30 @@ pub fn bus_of(port: &str) -> String {
     let name = port.trim_end_matches('/').rsplit('/').next();
     let name = name.and_then(|name| name.strip_prefix("slcan:").or(Some(name)));
     name.unwrap_or_default().replace(['+', '#', ':'], "-")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn discovery_has_no_null_for_what_the_sensor_does_not_tell() {
+        let topics = Topics::new("site", "bus", "homeassistant").unwrap();
+        let about = About {
+            name: "canopen-10".to_owned(),
+            line: String::new(),
+            maker: "ifm",
+            identity: json!({"product": "jn2101", "serial": null, "firmware": null}),
+            angles: vec!["angle_x_deg".to_owned()],
+        };
+        let device = json!({
+            "identifiers": ["plumbline-site-bus-canopen-10"],
+            "name": "jn2101 canopen-10",
+            "manufacturer": "ifm",
+            "model": "jn2101",
+        });
+        for (topic, document) in topics.discovery(&about) {
+            assert_eq!(document["device"], device, "{topic}");
+        }
+    }
 }
