@@ -4,7 +4,7 @@ use super::transmit::Frames;
 use crate::decode::log::Line;
 use crate::error::{Error, RequestError};
 use plumbline::can::Frame;
-use plumbline::time::{Duration, Instant, after};
+use plumbline::time::Instant;
 use std::collections::BTreeSet;
 
 /// The time between the last frame and the next first one of a log with one frame, in us.
@@ -32,7 +32,8 @@ impl Round {
     fn period(&self) -> u64 {
         let gaps = self.0.len() as u64 - 1;
         let gap = self.length().checked_div(gaps);
-        self.length() + gap.map_or(ALONE, |gap| gap.max(SHORTEST))
+        let gap = gap.map_or(ALONE, |gap| gap.max(SHORTEST));
+        self.length().saturating_add(gap)
     }
 }
 
@@ -96,10 +97,10 @@ impl Replay {
         }
     }
 
-    /// This time of the log.
+    /// This time of the log. A log can have any number as its time.
     fn at(&self, micros: u64) -> Instant {
         let ticks = (micros as f64 / self.speed).round() as u64;
-        after(self.start, Duration::from_ticks(ticks))
+        Instant::from_ticks(self.start.ticks().saturating_add(ticks))
     }
 }
 
@@ -113,6 +114,27 @@ impl Frames for Replay {
         self.place += 1;
         if self.repeats && self.place == self.round.count() {
             (self.start, self.place) = (self.at(self.round.period()), 0);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn frame_with_the_last_time_is_not_sent_at_once() {
+        let mut recording = Recording::default();
+        for text in ["(0.1) can0 123#", "(99999999999999) can0 124#"] {
+            recording.take(Line::parse(text).expect("a frame"));
+        }
+        let round = recording.finish("far.log".to_owned()).expect("a log");
+        let start = Instant::from_ticks(1_000_000);
+        let mut replay = Replay::new(round, 1.0, true, start);
+        for _ in 0..3 {
+            replay.sent(start);
+            let (at, _) = replay.next().expect("it repeats");
+            assert_eq!(at, Instant::from_ticks(u64::MAX));
         }
     }
 }
