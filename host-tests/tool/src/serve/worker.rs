@@ -197,6 +197,8 @@ impl Worker {
 
     fn forget(&mut self) {
         self.state = State::Closed;
+        // An adapter that has failed is dropped without its end.
+        self.transmission.borrow_mut().stop();
         self.others.clear();
         self.show_others();
         self.selection.clear();

@@ -15,6 +15,9 @@ use std::time::Duration;
 /// How much faster the time of the bus passes than that of the computer.
 const SPEEDUP: u64 = 20;
 
+/// The adapter is unplugged when this frame is sent.
+const UNPLUGS: &str = "7FF#";
+
 /// The frames on the bus with their times.
 type Seen = Arc<Mutex<Vec<(Instant, Frame)>>>;
 
@@ -38,8 +41,14 @@ impl Adapter for Witnessed {
         self.adapter.close();
     }
 
-    fn send(&mut self, frame: &Frame) -> Result<(), AdapterError> {
-        self.adapter.send(frame)
+    fn send(&mut self, own: &Frame) -> Result<(), AdapterError> {
+        match *own == frame(UNPLUGS) {
+            true => Err(AdapterError::Lost(
+                "bench".to_owned(),
+                "unplugged".to_owned(),
+            )),
+            false => self.adapter.send(own),
+        }
     }
 
     fn receive(&mut self, until: Instant) -> Result<Option<(Instant, Frame)>, AdapterError> {
@@ -180,6 +189,19 @@ fn log_is_sent_with_its_spacing_until_it_ends_or_is_stopped() {
     assert_eq!(server.post("/api/disconnect", "{}").status, 200);
     let state = tab.wait("transmission", |state| state["log"]["running"] == false);
     assert_eq!(state["lines"][0]["running"], false);
+}
+
+#[test]
+fn adapter_that_fails_stops_all_lines() {
+    let (server, _) = connected("frames");
+    let mut tab = server.tab();
+    transmit(&server, json!({"add": {"frame": "123#01", "every": 100}}));
+    transmit(&server, json!({"start": 1}));
+    sent(&mut tab, 0, 1);
+    transmit(&server, json!({"add": {"frame": UNPLUGS}}));
+    transmit(&server, json!({"start": 2}));
+    let state = tab.wait("transmission", |state| state["lines"][1]["sent"] == 1);
+    assert_eq!(state["lines"][0]["running"], false, "{state}");
 }
 
 #[test]
