@@ -83,6 +83,8 @@ errors! {
             "dieser Sensor ({sensor}) ist keiner, der im Plan an der Reihe ist: Nichts hat sich geändert. Schalten Sie ihn aus, oder ändern Sie den Plan";
         Together(address: String, serials: String): Usage "several-sensors" = "several sensors answer at {address}, with the serial numbers {serials}: leave only one of them on. The same command goes on",
             "mehrere Sensoren antworten auf {address}, mit den Seriennummern {serials}: Lassen Sie nur einen eingeschaltet. Derselbe Befehl setzt fort";
+        StillOn(name: String, seconds: u64): Usage "still-on" = "{name} still answers after {seconds} s: switch it off. The same command goes on",
+            "{name} antwortet nach {seconds} s noch immer: Schalten Sie ihn aus. Derselbe Befehl setzt fort";
         NotKept(name: String, differing: Differing): Refused "not-kept" = "{name} after its restart: {differing} from the plan. The same command writes the plan again",
             "{name} nach dem Neustart: {differing} als im Plan. Derselbe Befehl schreibt den Plan noch einmal";
         BadIdentity(why: String): Refused "unexpected-answer" = "{why}", "die Identität ist nicht gültig: {why}";

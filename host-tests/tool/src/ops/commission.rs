@@ -28,7 +28,7 @@ use state::{Row, State};
 /// The time between two questions for the next sensor.
 const PAUSE: Duration = millis(300);
 
-/// The bit rate at which a sensor that detects the bit rate is asked, without `--rate`.
+/// The bit rate at which sensors that detect the bit rate are asked, without `--rate` and without a sensor that has one.
 const DETECTED: BitRate = BitRate::K250;
 
 /// The sensors of a plan.
@@ -48,7 +48,7 @@ impl Commissioned {
 /// What a user selects.
 #[derive(Clone, Copy, Debug)]
 pub struct Wish {
-    /// The bit rate of the sensors as delivered; None: that of their product.
+    /// The bit rate of the sensors as delivered; None: that of their product, or of the others on the bus.
     pub rate: Option<BitRate>,
     /// How long the tool waits for the next sensor.
     pub wait: Duration,
@@ -71,8 +71,8 @@ pub(crate) fn commission(
             .iter()
             .filter(|item| !is_done(state, item) && item.is_of(product) && item.find == first.find)
             .collect();
-        let rate = wish.rate.or(factory_rate(product)).unwrap_or(DETECTED);
-        link.open(Some(rate), Mode::Active)?;
+        let rate = wish.rate.or(factory_rate(product)).or(plan.rate());
+        link.open(Some(rate.unwrap_or(DETECTED)), Mode::Active)?;
         let (item, found) = match first.find {
             Find::PowerUp => {
                 terminal.note(&Note::SwitchOn(first.name.clone(), product.name));
@@ -99,8 +99,8 @@ pub(crate) fn commission(
         link = session.link;
         let is_last = plan.sensors.iter().all(|item| is_done(state, item));
         if plan.alone && !is_last {
-            terminal.note(&Note::SwitchOff(row.name));
-            gone(&mut link, target, wish.wait)?;
+            terminal.note(&Note::SwitchOff(row.name.clone()));
+            gone(&mut link, target, row.name, wish.wait)?;
         }
     }
     link.close();
@@ -123,19 +123,29 @@ fn next<'a>(
         return Err(Silence::Request.into());
     };
     let product = first.settings.sheet.product;
-    let mut targets: Vec<Target> = factory_target(product).into_iter().collect();
-    // One whose commissioning was interrupted can have its new address.
+    let delivered = link.rate();
+    let target = factory_target(product);
+    let mut places: Vec<(Option<BitRate>, Target)> =
+        target.map(|own| (delivered, own)).into_iter().collect();
+    // One whose commissioning was interrupted can have its new address and its new bit rate.
     for item in waiting
         .iter()
         .filter(|item| state.row(&item.name).is_some())
     {
-        let own = item.target();
-        let own = own.filter(|own| !targets.iter().any(|other| other.is_at(*own)));
-        targets.extend(own);
+        let Some(own) = item.target() else {
+            continue;
+        };
+        for rate in [delivered, item.rate().or(delivered)] {
+            let is_own = |(other, at): &(_, Target)| *other == rate && at.is_at(own);
+            if !places.iter().any(is_own) {
+                places.push((rate, own));
+            }
+        }
     }
     let until = after(link.now(), wait);
     loop {
-        for target in &targets {
+        for (rate, target) in &places {
+            at(link, *rate)?;
             let Some(mut found) = identify::ask(link, *target, identify::PATIENT)? else {
                 continue;
             };
@@ -163,6 +173,14 @@ fn next<'a>(
         }
         terminal.hide();
         link.wait_for(PAUSE, |_| None::<()>)?;
+    }
+}
+
+/// Opens the adapter at this bit rate, unless it has it already.
+fn at(link: &mut Link, rate: Option<BitRate>) -> Result<(), Error> {
+    match link.rate() == rate {
+        true => Ok(()),
+        false => link.open(rate, Mode::Active),
     }
 }
 
@@ -221,9 +239,7 @@ fn one(
     }
     let rate = item.rate().or(session.link.rate());
     session.restart()?;
-    if rate != session.link.rate() {
-        session.link.open(rate, Mode::Active)?;
-    }
+    at(&mut session.link, rate)?;
     let target = item.target().unwrap_or(session.target);
     address::arrive(session, target)?;
     found.target = target;
@@ -240,10 +256,13 @@ fn one(
 }
 
 /// Waits until a sensor is switched off.
-fn gone(link: &mut Link, target: Target, wait: Duration) -> Result<(), Error> {
+fn gone(link: &mut Link, target: Target, name: String, wait: Duration) -> Result<(), Error> {
     let until = after(link.now(), wait);
     let mut silent = 0;
-    while silent < 3 && link.now() < until {
+    while silent < 3 {
+        if link.now() >= until {
+            return Err(SensorError::StillOn(name, wait.ticks() / 1_000_000).into());
+        }
         silent = match identify::ask(link, target, identify::PATIENT)? {
             Some(_) => 0,
             None => silent + 1,

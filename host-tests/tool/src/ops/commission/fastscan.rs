@@ -3,7 +3,7 @@
 
 use super::plan::{Item, Plan};
 use super::state::{Row, State};
-use super::{PAUSE, chosen};
+use super::{PAUSE, at, chosen};
 use crate::error::{Error, SensorError, Silence};
 use crate::identify::{self, Found};
 use crate::link::Link;
@@ -25,19 +25,27 @@ pub(super) fn next<'a>(
     let [first, ..] = waiting else {
         return Err(Silence::Request.into());
     };
-    let delivered = factory_target(first.settings.sheet.product);
+    let (rate, delivered) = (link.rate(), factory_target(first.settings.sheet.product));
     let until = after(link.now(), wait);
     loop {
-        // One whose commissioning was interrupted has its node-ID already.
+        // One whose commissioning was interrupted has its node-ID already, and perhaps its bit rate.
         for item in waiting {
             let serial = state.row(&item.name).and_then(|row| row.serial);
-            if let (Some(serial), Some(target)) = (serial, item.target())
-                && let Some(found) = identify::ask(link, target, identify::PATIENT)?
-                && found.serial == Some(serial)
-            {
-                return Ok((item, found));
+            let (Some(serial), Some(target)) = (serial, item.target()) else {
+                continue;
+            };
+            let mut rates = vec![rate, item.rate().or(rate)];
+            rates.dedup();
+            for rate in rates {
+                at(link, rate)?;
+                if let Some(found) = identify::ask(link, target, identify::PATIENT)?
+                    && found.serial == Some(serial)
+                {
+                    return Ok((item, found));
+                }
             }
         }
+        at(link, rate)?;
         if let Some(target) = delivered
             && identify::ask(link, target, identify::PATIENT)?.is_some()
         {

@@ -146,6 +146,13 @@ impl Plan {
         Ok(plan)
     }
 
+    /// The bit rate of the bus that the sensors share; None: each is alone, or all detect it.
+    pub fn rate(&self) -> Option<BitRate> {
+        let products = self.sensors.iter().filter(|_| !self.alone);
+        let mut rates = products.filter_map(|item| factory_rate(item.settings.sheet.product));
+        rates.next()
+    }
+
     /// Checks a sensor against those before it, with which it shares the bus.
     fn check(&self, item: &Item) -> Result<(), Fault> {
         if self.alone {

@@ -95,7 +95,7 @@ fn equal_sensors_of_two_products_get_the_settings_of_a_plan_in_turn() {
     );
     let plan = plan(&mut rig, "equal", &text);
     switch_on(&mut rig, &ids, false);
-    let ended = commission(&mut rig, &plan, "--json --rate 125");
+    let ended = commission(&mut rig, &plan, "--json");
     assert_eq!(
         sensors(&ended),
         [
@@ -257,6 +257,44 @@ fn sensors_that_are_alone_can_have_equal_addresses_and_another_rate() {
     let expected = ["one 7 node-ID 10 250 kbit/s", "two 8 node-ID 10 250 kbit/s"];
     assert_eq!(sensors(&ended), expected);
     assert!(ended.notes.contains("switch one off"), "{}", ended.notes);
+}
+
+#[test]
+fn sensor_that_has_its_new_bit_rate_already_is_found_again() {
+    for (product, find) in [("jn2101", ""), ("ims360", "find = \"fastscan\"\n")] {
+        let (mut rig, ids) = rig(BusRate::Wire, &[(product, 7)]);
+        rig.bus.borrow_mut().assist(true);
+        let text = format!(
+            "alone = true\n[[sensor]]\nname = \"one\"\nproduct = \"{product}\"\n{find}\
+            [sensor.parameters]\nbaud-rate = \"250 kbit/s\"\nnode-id = 11\n"
+        );
+        let plan = plan(&mut rig, &format!("rate-{product}"), &text);
+        let mut bus = rig.bus.borrow_mut();
+        let now = bus.now();
+        bus.device_mut(ids[0]).power_on(now);
+        drop(bus);
+        let mut cut = 0;
+        // The adapter fails in many places.
+        let ended = loop {
+            cut += 6;
+            rig.cut = Some(cut);
+            let ended = rig.tool(&format!("--json commission {} --wait 5", plan.display()));
+            if ended.code != 4 {
+                break ended;
+            }
+        };
+        assert_eq!(sensors(&ended), ["one 7 node-ID 11 250 kbit/s"]);
+    }
+}
+
+#[test]
+fn sensor_that_stays_on_is_not_taken_for_one_that_is_off() {
+    let (mut rig, ids) = rig(BusRate::Fixed(BitRate::K125), &[("jn2101", 7)]);
+    let plan = plan(&mut rig, "stays", &format!("alone = true\n{PAIR}"));
+    switch_on(&mut rig, &ids, false);
+    let ended = commission(&mut rig, &plan, "");
+    assert_eq!(ended.code, 2, "{ended:?}");
+    assert!(ended.notes.contains("left still answers"), "{ended:?}");
 }
 
 #[test]
