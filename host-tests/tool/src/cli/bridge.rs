@@ -44,11 +44,12 @@ pub struct Bridge {
     #[arg(
         long,
         value_name = "ADDRESS:PORT",
+        requires = "agopengps",
         default_value = "192.168.5.255:9999"
     )]
     pub agopengps_to: SocketAddr,
     /// The angle that is the roll, by the names of `watch` [default: the first one]
-    #[arg(long, value_name = "NAME")]
+    #[arg(long, value_name = "NAME", requires = "agopengps")]
     pub axis: Option<String>,
     /// The shortest pause between two samples of a sensor in ms
     #[arg(long, default_value_t = 200, value_name = "MS", allow_negative_numbers = true, value_parser = clap::value_parser!(u32).range(1..=60_000))]

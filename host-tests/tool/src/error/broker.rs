@@ -39,7 +39,7 @@ errors! {
         Socket(address: String, reason: String): Bus "no-socket" = "cannot send to {address} ({reason})", "an {address} lässt sich nicht senden ({reason})";
         SeveralRolls(lines: String): Usage "several-sensors" = "several sensors are on the bus, and AgOpenGPS takes one roll ({lines}): name that of the roll by its address, for example --node 10",
             "mehrere Sensoren sind am Bus, und AgOpenGPS nimmt eine Rollneigung ({lines}): Nennen Sie deren Sensor mit seiner Adresse, zum Beispiel --node 10";
-        NoRoll(sensor: String, axis: String): Usage "no-axis" = "{sensor} has no angle {axis}: choose another one with --axis",
-            "{sensor} hat keinen Winkel {axis}: Wählen Sie mit --axis einen anderen";
+        NoRoll(sensor: String, axis: String, angles: String): Usage "no-axis" = "{sensor} has no angle {axis:?}: choose one of {angles} with --axis",
+            "{sensor} hat keinen Winkel {axis:?}: Wählen Sie mit --axis einen von {angles}";
     }
 }

@@ -121,11 +121,10 @@ impl Mqtt {
             Err(error) => terminal.note(&Note::NotSynchronised(path, error.to_string())),
         }
         // There is no next try.
-        let told = told
+        let mut told = told
             .into_iter()
             .filter(|own| !matches!(own, Told::Away(..)));
-        told.map(|told| hand_on(told, &self.url, terminal))
-            .collect()
+        told.try_for_each(|told| hand_on(told, &self.url, terminal))
     }
 }
 
@@ -177,14 +176,16 @@ impl Roll {
             let lines: Vec<&str> = abouts.iter().map(|about| &*about.line).collect();
             return Err(BrokerError::SeveralRolls(lines.join("; ")).into());
         };
-        let is_wanted = |own: &&String| {
-            let name = own.rsplit_once('_').map_or(&***own, |(name, _)| name);
-            axis.is_none_or(|axis| name.replace('_', "-") == axis)
+        let name = |own: &String| {
+            let name = own.rsplit_once('_').map_or(&**own, |(name, _)| name);
+            name.replace('_', "-")
         };
+        let is_wanted = |own: &&String| axis.is_none_or(|axis| name(own) == axis);
         let angle = about.angles.iter().find(is_wanted).cloned();
         let none = || {
             let axis = axis.unwrap_or_default().to_owned();
-            BrokerError::NoRoll(about.line.clone(), axis)
+            let names: Vec<String> = about.angles.iter().map(name).collect();
+            BrokerError::NoRoll(about.line.clone(), axis, names.join(", "))
         };
         Ok(Self {
             to,

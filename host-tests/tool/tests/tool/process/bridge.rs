@@ -29,19 +29,19 @@ fn start(sensor: &Sensor, folder: &Path, words: &str) -> Child {
     command.spawn().expect("the program starts")
 }
 
-/// The notes of `bridge` until one has these words. The time is only a limit for a test that fails.
-fn noted(sensor: &Sensor, folder: &Path, words: &str, part: &str) -> (Child, String) {
-    let mut child = start(sensor, folder, &format!("--seconds 120 {words}"));
+/// The notes of a bridge until one has these words.
+#[track_caller]
+fn noted(child: &mut Child, part: &str) -> String {
     let lines = BufReader::new(child.stderr.take().expect("its notes")).lines();
     let mut notes = String::new();
     for line in lines {
         notes += &line.expect("a note");
         if notes.contains(part) {
-            return (child, notes);
+            return notes;
         }
         notes.push('\n');
     }
-    panic!("{words}: no {part}: {notes}");
+    panic!("no {part}: {notes}");
 }
 
 /// The length of the records in the buffer.
@@ -218,7 +218,10 @@ fn password_and_certificate_that_the_broker_does_not_take_end_the_bridge() {
             "next try in 1 s",
         ),
     ] {
-        let (mut bridge, notes) = noted(&sensor, folder.path(), &words, part);
+        // The time is only a limit for a test that fails.
+        let words = format!("--seconds 120 {words}");
+        let mut bridge = start(&sensor, folder.path(), &words);
+        let notes = noted(&mut bridge, part);
         match code {
             Some(_) => {
                 let status = bridge.wait().expect("the program ends");
