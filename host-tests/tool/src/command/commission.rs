@@ -38,7 +38,9 @@ pub(super) fn run(
     let done = match done {
         Ok(done) => done,
         Err(failure) => {
-            terminal.note(&Note::GoesOn(state.path().display().to_string()));
+            if !state.rows.is_empty() {
+                terminal.note(&Note::GoesOn(state.path().display().to_string()));
+            }
             return Err(failure);
         }
     };

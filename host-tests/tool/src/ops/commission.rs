@@ -157,7 +157,7 @@ fn next<'a>(
                 let all: Vec<String> = all.map(u32::to_string).collect();
                 return Err(SensorError::Together(target.named(), all.join(" and ")).into());
             }
-            if state.is_done(found.serial) {
+            if state.is_done(&found) {
                 continue;
             }
             let is_own = found.products.iter().any(|own| own.name == product.name);

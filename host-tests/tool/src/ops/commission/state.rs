@@ -3,6 +3,7 @@
 use super::plan::{Item, Plan};
 use crate::backup::{Unread, read_text, write_file};
 use crate::error::{Error, Fault, FileError};
+use crate::identify::Found;
 use crate::master::Target;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
@@ -129,10 +130,11 @@ impl State {
         self.rows.iter().find(|row| row.name == name)
     }
 
-    /// Whether a sensor with this serial number is done.
-    pub fn is_done(&self, serial: Option<u32>) -> bool {
-        let mut rows = self.rows.iter();
-        serial.is_some() && rows.any(|row| row.done && row.serial == serial)
+    /// Whether this sensor is done. Makers can have the same serial number.
+    pub fn is_done(&self, found: &Found) -> bool {
+        let is_of = |row: &Row| found.products.iter().any(|own| own.name == row.product);
+        let is_same = |row: &Row| row.done && row.serial == found.serial && is_of(row);
+        found.serial.is_some() && self.rows.iter().any(is_same)
     }
 
     /// Takes a sensor and writes the file.
