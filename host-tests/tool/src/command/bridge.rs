@@ -52,7 +52,7 @@ pub(super) fn bridge(wanted: &Bridge, bus: &mut Bus, terminal: &mut Terminal) ->
     let mqtt = prepared.map(|(connection, topics, queue, buffer)| {
         let url = connection.address.to_string();
         let broker = Broker::start(connection, queue)?;
-        Ok::<_, Error>(Mqtt::new(broker, url, topics, buffer))
+        Mqtt::new(broker, url, topics, buffer)
     });
     let mqtt = mqtt.transpose()?;
     run(fleet, Outputs { mqtt, roll }, time, terminal)

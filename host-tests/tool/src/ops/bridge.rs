@@ -5,6 +5,7 @@ pub mod agopengps;
 pub mod broker;
 mod failure;
 pub mod fleet;
+mod known;
 pub mod queue;
 pub mod sensor;
 pub mod topics;
@@ -16,6 +17,7 @@ use crate::output::Terminal;
 use agopengps::AgOpenGps;
 use broker::{Broker, Told};
 use fleet::{Event, Fleet};
+use known::Known;
 use plumbline::time::Duration;
 use sensor::About;
 use serde_json::{Map, Value, json};
@@ -34,26 +36,44 @@ pub struct Mqtt {
     url: String,
     topics: Topics,
     buffer: PathBuf,
+    known: Known,
     synced: Instant,
     /// The reason why the buffer was not written, which the user knows.
     failed: Option<String>,
 }
 
 impl Mqtt {
-    /// A broker that was started.
-    pub fn new(broker: Broker, url: String, topics: Topics, buffer: PathBuf) -> Self {
-        Self {
+    /// A broker that was started. The sensors of earlier runs are offline until they are found.
+    ///
+    /// # Errors
+    /// The file with these sensors cannot be read.
+    pub fn new(
+        broker: Broker,
+        url: String,
+        topics: Topics,
+        buffer: PathBuf,
+    ) -> Result<Self, Error> {
+        let known = Known::open(&buffer)?;
+        for topic in known.topics() {
+            broker.keep(topic.clone(), HERE[0].to_owned());
+        }
+        Ok(Self {
             broker,
             url,
             topics,
             buffer,
+            known,
             synced: Instant::now(),
             failed: None,
-        }
+        })
     }
 
     /// Tells what a sensor is, and that it is there.
-    fn introduce(&self, about: &About) {
+    ///
+    /// # Errors
+    /// The file with the sensors cannot be written.
+    fn introduce(&mut self, about: &About) -> Result<(), Error> {
+        self.known.add(self.topics.sensor(about, "availability"))?;
         let keep = |topic: &str, text: String| {
             self.broker.keep(self.topics.sensor(about, topic), text);
         };
@@ -63,9 +83,10 @@ impl Mqtt {
         for (topic, document) in self.topics.discovery(about) {
             self.broker.keep(topic, document.to_string());
         }
+        Ok(())
     }
 
-    fn take(&self, about: &About, micros: u64, event: &Event) -> Result<(), Error> {
+    fn take(&mut self, about: &About, micros: u64, event: &Event) -> Result<(), Error> {
         let keep = |topic: &str, text: String| {
             self.broker.keep(self.topics.sensor(about, topic), text);
         };
@@ -75,7 +96,7 @@ impl Mqtt {
                 self.broker.publish(&topic, &angle(micros, angles))?;
             }
             Event::Status(errors) => keep("status", status(errors).to_string()),
-            Event::Here(true) => self.introduce(about),
+            Event::Here(true) => self.introduce(about)?,
             Event::Here(false) => keep("availability", HERE[0].to_owned()),
         }
         Ok(())
@@ -227,8 +248,9 @@ pub fn run(
     time: Option<Duration>,
     terminal: &mut Terminal,
 ) -> Result<(), Error> {
-    if let Some(mqtt) = &outputs.mqtt {
-        fleet.abouts().for_each(|about| mqtt.introduce(about));
+    if let Some(mqtt) = &mut outputs.mqtt {
+        let mut abouts = fleet.abouts();
+        abouts.try_for_each(|about| mqtt.introduce(about))?;
     }
     let end = time.map(|time| fleet.end_after(time));
     let result = match turns(&mut fleet, &mut outputs, end, terminal) {
@@ -261,7 +283,7 @@ fn turns(
             if let Some(roll) = &mut outputs.roll {
                 roll.take(about, &event, terminal);
             }
-            match &outputs.mqtt {
+            match &mut outputs.mqtt {
                 Some(mqtt) => mqtt.take(about, micros, &event),
                 None => Ok(()),
             }

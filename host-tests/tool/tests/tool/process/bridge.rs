@@ -110,17 +110,28 @@ fn broker_keeps_identity_status_availability_and_the_discovery() {
         return;
     };
     let sensor = sensor();
+    // A sensor that an earlier run has had.
+    let buffer = folder.path().join("buffer");
+    std::fs::create_dir(&buffer).expect("a folder");
+    let known = buffer.join("sensors");
+    std::fs::write(&known, "yard/crane/99/availability\n").expect("a file");
     let mut subscriber = Subscriber::new(&broker, "#");
     let bridge = start(&sensor, folder.path(), &format!("--mqtt {}", broker.url()));
     let mut all = Collected::default();
     until("all topics", || {
         subscriber.collect(&mut all);
-        all.numbers.len() >= 3 && all.newest.len() >= 8
+        all.numbers.len() >= 3 && all.newest.len() >= 9
     });
     let text = |topic: &str| all.newest.get(topic).cloned().unwrap_or_default();
     let document = |topic: &str| serde_json::from_str(&text(topic)).unwrap_or(Value::Null);
     assert_eq!(text("yard/crane/bridge/availability"), "online");
     assert_eq!(text("yard/crane/1/availability"), "online");
+    assert_eq!(text("yard/crane/99/availability"), "offline");
+    let known = std::fs::read_to_string(known).expect("a file");
+    assert_eq!(
+        known,
+        "yard/crane/1/availability\nyard/crane/99/availability\n"
+    );
     assert_eq!(document("yard/crane/1/status"), json!({"errors": []}));
     let identity = document("yard/crane/1/identity");
     for (name, value) in [
