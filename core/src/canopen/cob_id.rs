@@ -66,12 +66,12 @@ pub(super) const fn stored(cob_id: u32, base: u32, node_id: u8) -> u32 {
 }
 
 /// Whether a COB-ID can be that of a TPDO: 11 bits, and free unless the TPDO is disabled.
-pub(super) const fn fits_tpdo(cob_id: u32) -> bool {
+pub const fn fits_tpdo(cob_id: u32) -> bool {
     cob_id & !(DISABLED | BIT_30) < 0x800 && (cob_id & DISABLED != 0 || PDO.contain(cob_id))
 }
 
 /// Whether a COB-ID can be that of the EMCY: without bit 30, and free unless the EMCY is disabled or its identifier has 29 bits.
-pub(super) const fn fits_emergency(cob_id: u32) -> bool {
+pub const fn fits_emergency(cob_id: u32) -> bool {
     if cob_id & BIT_29 == 0 {
         cob_id & BIT_30 == 0 && fits_tpdo(cob_id)
     } else {

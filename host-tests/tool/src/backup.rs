@@ -23,7 +23,7 @@ pub use file::write_file;
 
 use crate::error::{Error, Fault, FileError, NumberError};
 use crate::identify::{Found, product};
-use crate::master::canopen::tables;
+use crate::master::canopen::{fit, tables};
 use crate::number::Scale;
 use crate::ops::set::once_each;
 use crate::resolve;
@@ -193,10 +193,10 @@ impl Backup {
             self.set(&entry.name, text)?;
         }
         self.constrain()?;
-        Ok(wanted
-            .into_iter()
-            .map(|(entry, _)| entry.name.clone())
-            .collect())
+        let names = wanted.iter().map(|(entry, _)| entry.name.clone());
+        let names: Vec<String> = names.collect();
+        fit::check(&self.sheet, &self.values, self.node(), &names)?;
+        Ok(names)
     }
 
     /// Checks the values against each other.

@@ -1,5 +1,6 @@
 use super::*;
 use ::texts::Cause;
+use plumbline::model::catalog::find;
 #[cfg(unix)]
 use std::path::PathBuf;
 
@@ -245,4 +246,70 @@ fn value_of_a_file_that_is_not_permitted_is_told_from_one_that_is_none() {
         wrong.to_string().starts_with("99999 deg is not permitted"),
         "{wrong}"
     );
+}
+
+/// The name of the setting at an address.
+fn name_at(sheet: &Sheet, index: u16, sub: u8) -> String {
+    let wanted = crate::sheet::Address::Object { index, sub };
+    let found = sheet.settings().find(|own| own.address == wanted);
+    found
+        .unwrap_or_else(|| panic!("no {index:04X}h:{sub}"))
+        .name
+        .clone()
+}
+
+/// What the object dictionary refuses with 0609 0030h, 0604 0041h and 0604 0042h (CiA 301, 7.5.2).
+#[test]
+fn cob_id_and_mapping_that_the_sensor_refuses_are_refused_in_a_file() {
+    for (product, changes, refused) in [
+        // The TPDOs of node 10; their identifiers are fixed.
+        ("jn2101", &[(0x1005, 0, "18Ah")][..], true),
+        ("jn2101", &[(0x1005, 0, "28Ah")], true),
+        ("jn2101", &[(0x1005, 0, "80h")], false),
+        ("ims360", &[(0x1800, 1, "200h")], false),
+        ("ims360", &[(0x1800, 1, "600h")], false),
+        ("ims360", &[(0x1800, 1, "601h")], true),
+        ("ims360", &[(0x1800, 1, "80000601h")], false),
+        ("ims360", &[(0x1014, 0, "700h")], false),
+        ("ims360", &[(0x1014, 0, "701h")], true),
+        ("ims360", &[(0x1A00, 0, "9")], true),
+        ("ims360", &[(0x1A00, 0, "1")], false),
+        ("ims360", &[(0x1A00, 1, "30000108h")], false),
+        ("ims360", &[(0x1A00, 1, "30000110h")], true),
+        ("ims360", &[(0x1A00, 1, "12345678h")], true),
+        // 3 entries of which the last is empty; 96 bits.
+        ("ims360", &[(0x1A00, 0, "3")], true),
+        (
+            "ims360",
+            &[(0x1A00, 3, "61100020h"), (0x1A00, 0, "3")],
+            true,
+        ),
+        ("ims360", &[(0x1A00, 3, "61100020h")], false),
+        // Entries of a TPDO without objects.
+        (
+            "ims360",
+            &[(0x1A01, 1, "61100020h"), (0x1A01, 0, "1")],
+            false,
+        ),
+    ] {
+        let sheet = Sheet::of(find(product).unwrap());
+        let factory = |entry: &Entry| Some((entry.clone(), entry.factory?));
+        let mut backup = Backup {
+            values: sheet.settings().filter_map(factory).collect(),
+            ..Backup::of(&sheet)
+        };
+        let node = sheet.parameter(tables(sheet.product).unwrap().node_id);
+        let node = &node.unwrap().name;
+        backup.assign(&[format!("{node}=10")]).unwrap();
+        let changes = changes
+            .iter()
+            .map(|(index, sub, value)| format!("{}={value}", name_at(&sheet, *index, *sub)));
+        let changes: Vec<String> = changes.collect();
+        let assigned = backup.assign(&changes);
+        assert_eq!(
+            assigned.is_err(),
+            refused,
+            "{product} {changes:?} {assigned:?}"
+        );
+    }
 }

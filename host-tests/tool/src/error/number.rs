@@ -38,6 +38,14 @@ errors! {
             "{one} und {other} müssen verschieden sein: Beide wären {value}";
         AtMost(name: String, limit: String, other: String, value: String): Usage "out-of-range" = "{name} is at most {limit} with {other} {value}",
             "{name} ist höchstens {limit} mit {other} {value}";
+        NoCobId(name: String, value: String): Usage "out-of-range" = "{value} is not permitted: {name} takes an 11-bit identifier that is free (CiA 301, table 81)",
+            "{value} ist nicht erlaubt: {name} braucht einen freien Identifier mit 11 Bit (CiA 301, Tabelle 81)";
+        NotMappable(name: String, value: String): Usage "out-of-range" = "{value} is not permitted: {name} takes index, sub-index and length in bits of an object that can be mapped",
+            "{value} ist nicht erlaubt: {name} braucht Index, Subindex und Länge in Bit eines Objekts, das gemappt werden kann";
+        NotMapped(count: String, entry: String): Usage "out-of-range" = "{count} includes {entry}, which is 0: change it first",
+            "{count} zählt {entry} mit, das 0 ist: Ändern Sie das zuerst";
+        TooManyMapped(count: String): Usage "out-of-range" = "{count} is too large: a TPDO has 8 objects with 64 bits together at the most",
+            "{count} ist zu groß: Ein TPDO hat höchstens 8 Objekte mit zusammen 64 Bit";
         SameIdentifier(name: String): Usage "out-of-range" = "{name} must differ from the other identifiers",
             "{name} muss von den anderen Identifiern verschieden sein";
         NoAddress(number: u8, kind: &'static str, low: u8, high: u8): Usage "out-of-range" = "{number} is no {kind}: choose one from {low} to {high}",

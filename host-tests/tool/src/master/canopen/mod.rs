@@ -4,6 +4,7 @@ pub(crate) mod cob_ids;
 mod cyclic;
 pub(super) mod decode;
 pub(crate) mod error_register;
+pub(crate) mod fit;
 pub(crate) mod identify;
 mod identity;
 pub mod lss;
