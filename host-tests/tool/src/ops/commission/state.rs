@@ -66,9 +66,12 @@ impl Row {
             angles => format!(", zero ({})", angles.join(", ")),
         };
         let (name, product, address) = (&self.name, &self.product, &self.address);
-        let settings = self.settings;
+        let settings = match self.settings {
+            1 => "1 setting".to_owned(),
+            count => format!("{count} settings"),
+        };
         format!(
-            "{name}  {product}, serial {serial}, {address}{rate}; {settings} settings stored and compared{zero}"
+            "{name}  {product}, serial {serial}, {address}{rate}; {settings} stored and compared{zero}"
         )
     }
 }
