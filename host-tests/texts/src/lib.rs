@@ -6,7 +6,7 @@ mod cause;
 pub use cause::{Cause, Kind};
 
 use serde_json::{Value, json};
-use std::fmt::Display;
+use std::fmt::{Display, Formatter};
 
 /// The maximum length of a text of other programs and files.
 pub const SHOWN: usize = 80;
@@ -90,7 +90,41 @@ macro_rules! same {
     };
 }
 
-same! { String &'static str u8 u16 u32 u64 i64 usize f64 }
+same! { String &'static str u8 u16 u32 u64 i64 usize }
+
+/// A number as a language writes it.
+pub struct Decimal {
+    number: f64,
+    point: &'static str,
+}
+
+impl Display for Decimal {
+    fn fmt(&self, f: &mut Formatter<'_>) -> std::fmt::Result {
+        let text = match f.precision() {
+            Some(digits) => format!("{:.digits$}", self.number),
+            None => self.number.to_string(),
+        };
+        f.write_str(&text.replace('.', self.point))
+    }
+}
+
+impl Field for f64 {
+    type Shown<'a> = Decimal;
+
+    fn german(&self) -> Decimal {
+        Decimal {
+            number: *self,
+            point: ",",
+        }
+    }
+
+    fn page(&self) -> Decimal {
+        Decimal {
+            number: *self,
+            point: ".",
+        }
+    }
+}
 
 /// Declares an enum with its texts: `Variant(data: Type) = "English", "German";`. A third text is the English one of the page.
 /// Data in braces, `Variant {data: Type}`, have their names in documents.
@@ -140,6 +174,31 @@ macro_rules! texts {
     };
     (@page $english:literal) => { format!($english) };
     (@page $english:literal, $page:literal) => { format!($page) };
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Text;
+
+    texts! {
+        /// A time with its digits, or with as many as it has.
+        Time {
+            Rounded(s: f64) = "in {s:.1} s", "in {s:.1} s";
+            Exact(s: f64) = "in {s} s", "in {s} s";
+        }
+    }
+
+    #[test]
+    fn number_in_a_german_text_has_a_decimal_comma() {
+        for (time, english, german) in [
+            (Time::Rounded(-2.54), "in -2.5 s", "in -2,5 s"),
+            (Time::Exact(0.125), "in 0.125 s", "in 0,125 s"),
+            (Time::Exact(2.0), "in 2 s", "in 2 s"),
+        ] {
+            let texts = [time.to_string(), time.page(), time.german()];
+            assert_eq!(texts, [english, english, german]);
+        }
+    }
 }
 
 #[cfg(doctest)]
