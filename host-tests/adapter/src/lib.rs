@@ -8,8 +8,8 @@
 //! | `usb`, `usb:SERIAL` | gs_usb (candleLight) without a driver of the kernel |
 //! | `pcan`, `pcan:USBBUS1` | PCAN, with the library of its maker |
 //!
-//! An adapter is also the clock: tests run the same program in the virtual time of a simulated bus ([`bench`]). Tests of a program set
-//! `PLUMBLINE_CLOCK=bus`: then the time of slcan is that of a virtual sensor with `--clock client`.
+//! An adapter is also the clock: tests run the same program in the virtual time of a simulated bus ([`mod@bench`]). Tests of a
+//! program set `PLUMBLINE_CLOCK=bus`: then the time of slcan is that of a virtual sensor with `--clock client`.
 
 pub mod background;
 pub mod bench;
