@@ -63,7 +63,7 @@ const title = (key) => t(key).replace(/\.+$/, "");
 function stored() {
   const value = state.values?.["baud-rate"];
   if (state.device?.protocol === "fsc" && value?.raw === 0) return "auto";
-  const text = shown(value);
+  const text = `${value?.value} ${value?.unit}`;
   const number = Number.parseFloat(text) * (text.includes("Mbit") ? 1000 : text.includes("kbit") ? 1 : 0.001);
   return state.rates.includes(number) ? String(number) : String(state.device?.rate ?? 125);
 }

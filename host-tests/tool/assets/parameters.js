@@ -5,7 +5,7 @@ import { get, post } from "./api.js";
 import { ask } from "./dialog.js";
 import { change, current, differences, refusal } from "./document.js";
 import { attempt, choice, element, fail, isReady, make, on, sensor, shown, state } from "./state.js";
-import { decimal, onLanguage, t } from "./texts.js";
+import { decimal, numbers, onLanguage, t } from "./texts.js";
 
 /**
  * @typedef {object} Entry
@@ -80,14 +80,14 @@ function row(entry) {
   const factory = entry.factory && entry.kind === "parameter" ? shown(entry.factory) : "";
   line.append(name, sensor, action, file,
     make("td", entry.plusNode && factory ? t("plus-node", factory) : factory, "value"),
-    make("td", entry.range || entry.unit, "range"));
+    make("td", numbers(entry.range || entry.unit), "range"));
   return { line, entry, sensor, set, file: field, wrong, mark };
 }
 
 /** The field of the file. @param {Entry} entry @param {HTMLElement} wrong */
 function input(entry, wrong) {
   const field = document.createElement(entry.choices.length > 0 ? "select" : "input");
-  if (field instanceof HTMLSelectElement) field.append(...entry.choices.map(({ name }) => new Option(name, name)));
+  if (field instanceof HTMLSelectElement) field.append(...entry.choices.map(({ name }) => new Option(numbers(name), name)));
   else {
     field.autocomplete = "off";
     field.spellcheck = false;
@@ -120,7 +120,7 @@ async function write(entry) {
   const [present, own] = [state.values?.[entry.name], sensor()];
   await ask({
     title: t("set-title", entry.name), text: which(), yes: t("write"),
-    field: { label: t("value"), value: entry.choices.length > 0 ? choice(entry.choices, present) : present ? shown(present) : "", hint: entry.range,
+    field: { label: t("value"), value: entry.choices.length > 0 ? choice(entry.choices, present) : present ? shown(present) : "", hint: numbers(entry.range),
       choices: entry.choices.map(({ name }) => name) },
     checks: state.device?.protocol === "devicenet" ? [] : [t("also-save")],
   }, ({ value, checked }) => post("api/run", { set: { assignments: [`${entry.name}=${value}`], save: checked[0] ?? false } }, own));

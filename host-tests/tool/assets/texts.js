@@ -32,10 +32,14 @@ export function currentLanguage() {
   return language;
 }
 
-/** A number with its decimals, as the language of the page writes it. @param {number} value @param {number} digits */
+/** The numbers of a text as the language of the page writes them. The program reads both. @param {string} text */
+export function numbers(text) {
+  return language === "de" ? text.replace(/(\d)\.(\d)/g, "$1,$2") : text;
+}
+
+/** A number with its decimals. @param {number} value @param {number} digits */
 export function decimal(value, digits) {
-  const text = value.toFixed(digits);
-  return language === "de" ? text.replace(".", ",") : text;
+  return numbers(value.toFixed(digits));
 }
 
 /** Calls it now and after each change of the language. @param {() => void} listener */

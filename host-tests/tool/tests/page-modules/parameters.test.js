@@ -47,6 +47,18 @@ test("table_shows_value_factory_value_and_range", async () => {
   assert.equal(page.row("cob-id-emcy").cells[4], "80h + Node-ID");
 });
 
+test("numbers_of_the_german_table_have_a_decimal_comma", async () => {
+  const page = await connected();
+  await page.event("values", { ...values, "zero-x": { value: -1.25, unit: "deg", raw: -125 } });
+  const cells = () => [1, 5].map((cell) => page.row("zero-x").cells[cell]);
+  const [english, range] = cells();
+  assert.equal(english, "-1.25 deg");
+  assert.match(range, /\d\.\d/);
+  await page.change("language", "de");
+  assert.deepEqual(cells(), ["-1,25 deg", range.replace(/(\d)\.(\d)/g, "$1,$2")]);
+  await page.change("language", "en");
+});
+
 test("choice_has_its_unit_once_and_is_preselected", async () => {
   const page = await open();
   await page.connected("tiltix080");
