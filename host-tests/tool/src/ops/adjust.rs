@@ -46,7 +46,7 @@ impl What {
         entries.filter(|entry| entry.readable).cloned().collect()
     }
 
-    const fn change(self) -> Change {
+    pub(crate) const fn change(self) -> Change {
         match self {
             Self::Zero => Change::Zero,
             Self::Teach => Change::Teach,
@@ -105,10 +105,20 @@ pub(crate) fn adjust(
     (axis, save): (Option<&str>, bool),
     terminal: &mut Terminal,
 ) -> Result<Report, Error> {
-    let product = session.sheet.product;
-    let adjustments = what.adjustments(product);
-    let chosen = chosen(session, what, adjustments, axis)?;
+    let chosen = chosen(session, what, axis)?;
     confirm(session, found, what.change(), terminal)?;
+    write(session, what, &chosen, save, terminal)
+}
+
+/// Makes the present position a reference, without a question.
+pub(crate) fn write(
+    session: &mut Session,
+    what: What,
+    chosen: &[&'static Adjustment],
+    save: bool,
+    terminal: &mut Terminal,
+) -> Result<Report, Error> {
+    let product = session.sheet.product;
     let (mut is_pending, mut numbers) = (false, Vec::new());
     for adjustment in chosen {
         for (id, written) in adjustment.writes {
@@ -161,10 +171,10 @@ fn not_taken(failure: Error) -> Error {
 pub(crate) fn chosen(
     session: &mut Session,
     what: What,
-    adjustments: &'static [Adjustment],
     axis: Option<&str>,
 ) -> Result<Vec<&'static Adjustment>, Error> {
-    let (product, what) = (session.sheet.product, what.name());
+    let product = session.sheet.product;
+    let (adjustments, what) = (what.adjustments(product), what.name());
     if adjustments.is_empty() {
         return Err(RequestError::NoCommand(product.name, what).into());
     }

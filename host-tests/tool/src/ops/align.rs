@@ -145,7 +145,7 @@ pub(crate) fn align(
 fn axes(session: &mut Session) -> Result<Vec<Axis>, Error> {
     let product = session.sheet.product;
     let mut axes = Vec::new();
-    for adjustment in chosen(session, What::Zero, product.guide.zero, None)? {
+    for adjustment in chosen(session, What::Zero, None)? {
         let none = RequestError::NoOffset(product.name);
         let offset = adjustment.offset.ok_or(none)?;
         let angle = session.sheet.value(offset.angle).cloned();

@@ -7,7 +7,7 @@ mod fastscan;
 pub mod plan;
 pub mod state;
 
-use super::adjust::{What, adjust};
+use super::adjust::{self, What};
 use super::report::Report;
 use super::{address, restore};
 use crate::error::{Differing, Error, SensorError, Silence};
@@ -213,6 +213,10 @@ fn one(
         firmware: found.firmware.clone(),
         ..Row::begun(item, found.serial, found.target)
     };
+    if item.zero {
+        // Before the first change, so that a no changes nothing.
+        adjust::confirm(session, &found, What::Zero.change(), terminal)?;
+    }
     state.keep(row.clone())?;
     match labels.set(&found, Some(&item.name)) {
         Ok(()) => found.label = Some(item.name.clone()),
@@ -229,7 +233,8 @@ fn one(
     )?;
     found.target = session.target;
     if item.zero {
-        let report = adjust(session, &found, What::Zero, (None, true), terminal)?;
+        let chosen = adjust::chosen(session, What::Zero, None)?;
+        let report = adjust::write(session, What::Zero, &chosen, true, terminal)?;
         if let Report::Adjusted(adjusted) = report {
             let angles = adjusted.angles.0.into_iter();
             row.zero = angles

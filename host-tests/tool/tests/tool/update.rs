@@ -321,11 +321,11 @@ fn scan_finds_the_bootloader_of_a_sensor_without_canopen() {
         assert_ne!(rig.tool(&line).code, 0);
         rig.cut = None;
         rig.run(3000);
-        let rows = rig.json("--rate 125 scan --active");
+        let rows = rig.json("--rate 500 scan --active");
         let told = ["protocol", "address", "heard"].map(|key| &rows[0][key]);
         assert_eq!(told, [protocol, address, "bootloader"], "{rows}");
-        let ended = rig.tool("--rate 125 scan --active");
-        let next = format!("plumbline --rate 125 {option} {address} update FILE");
+        let ended = rig.tool("--rate 500 scan --active");
+        let next = format!("plumbline --rate 500 {option} {address} update FILE");
         assert!(ended.out.contains(&next), "{ended:?}");
     }
 }

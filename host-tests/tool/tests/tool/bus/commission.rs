@@ -134,6 +134,22 @@ fn equal_sensors_of_two_products_get_the_settings_of_a_plan_in_turn() {
 }
 
 #[test]
+fn sensor_whose_zero_is_not_confirmed_stays_as_it_was() {
+    let (mut rig, ids) = rig(BusRate::Fixed(BitRate::K125), &[("jn2101", 7)]);
+    let plan = plan(&mut rig, "unconfirmed", PAIR);
+    switch_on(&mut rig, &ids, false);
+    rig.yes_to = Some("none of the questions");
+    let ended = commission(&mut rig, &plan, "");
+    assert_ne!(ended.code, 0, "{ended:?}");
+    assert!(ended.notes.contains("nothing has changed"), "{ended:?}");
+    assert_eq!(
+        rig.json("--rate 125 --node 10 get node-id")["node-id"]["value"],
+        10
+    );
+    assert_eq!(rig.json("--rate 125 --node 10 label")["label"], Value::Null);
+}
+
+#[test]
 fn serial_number_selects_the_sensor_of_the_plan() {
     let (mut rig, ids) = rig(
         BusRate::Fixed(BitRate::K125),

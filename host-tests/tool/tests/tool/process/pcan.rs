@@ -70,17 +70,20 @@ fn sensors_are_read_and_set_through_pcan() {
 #[test]
 fn adapter_that_cannot_be_used_is_told_with_the_next_step() {
     let sensor = Sensor::start("is2", BusRate::Follow, Clock::Client);
-    for (fault, expected) in [
+    for (fault, expected, lines) in [
         (
             "missing",
             "there is no adapter pcan:USBBUS1 (A channel is invalid): plug it in",
+            1,
         ),
-        ("in-use", "another program uses pcan:USBBUS1: close it"),
+        ("in-use", "another program uses pcan:USBBUS1: close it", 1),
         (
             "unplugged",
             "the adapter pcan:USBBUS1 has failed (A channel is invalid): plug it in again",
+            1,
         ),
-        ("not-acknowledged", "nobody answers at identifier 300h"),
+        // The other line names the chapter with all causes.
+        ("not-acknowledged", "nobody answers at identifier 300h", 2),
     ] {
         let output = run(
             &sensor,
@@ -90,7 +93,7 @@ fn adapter_that_cannot_be_used_is_told_with_the_next_step() {
         );
         let text = String::from_utf8_lossy(&output.stderr);
         assert!(text.contains(expected), "{fault}: {output:?}");
-        assert_eq!(text.lines().count(), 1, "{fault}: {output:?}");
+        assert_eq!(text.lines().count(), lines, "{fault}: {output:?}");
     }
     let output = run(
         &sensor,
@@ -125,7 +128,9 @@ fn adapter_that_is_pulled_out_ends_log_and_send_with_one_sentence() {
             ),
             "{arguments}: {text}"
         );
-        assert_eq!(text.lines().count(), lines, "{arguments}: {text}");
+        // A slow computer leaves frames out, and tells it.
+        let own = text.lines().filter(|line| !line.contains("left out"));
+        assert_eq!(own.count(), lines, "{arguments}: {text}");
     }
 }
 
