@@ -66,7 +66,7 @@ fn files() -> [Vec<u8>; 2] {
 }
 
 #[test]
-fn download_is_copied_at_the_next_start_and_once() {
+fn next_start_copies_download_once() {
     let [old, new] = files();
     let mut board = Board::with(&old);
     let before = board.run.bytes.clone();

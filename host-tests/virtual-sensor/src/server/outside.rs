@@ -120,11 +120,19 @@ impl Outside {
         }
     }
 
-    /// Sends the frames of the simulated bus, and takes over the bit rate of its first sensor.
+    /// Takes over the bit rate of the first sensor, and sends the frames of the simulated bus.
     pub(super) fn leave(&mut self, bus: &mut Bus, first: DeviceId) -> Result<(), AdapterError> {
         let Some(port) = self.port else {
             return Ok(());
         };
+        // Before the frames: on a late computer they contain the boot-up message at the new bit rate.
+        let sensor = bus.device(first);
+        let takes_part = sensor.mode() == Some(BusMode::Normal) && sensor.rate().is_some();
+        if takes_part && bus.rate() != self.rate {
+            self.adapter.open(Some(bus.rate()), Mode::Active)?;
+            self.rate = bus.rate();
+            self.check = Some(Time::now() + CHECK);
+        }
         let mut frames: Vec<Frame> = Vec::new();
         for (at, frame) in bus.take_received(port) {
             frames.extend(self.to_client.pass(at, frame));
@@ -135,13 +143,6 @@ impl Outside {
             if let Err(refusal) = self.adapter.send(&frame) {
                 self.refused(refusal)?;
             }
-        }
-        let sensor = bus.device(first);
-        let takes_part = sensor.mode() == Some(BusMode::Normal) && sensor.rate().is_some();
-        if takes_part && bus.rate() != self.rate {
-            self.adapter.open(Some(bus.rate()), Mode::Active)?;
-            self.rate = bus.rate();
-            self.check = Some(Time::now() + CHECK);
         }
         Ok(())
     }

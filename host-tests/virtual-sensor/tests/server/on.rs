@@ -122,8 +122,9 @@ type Lines = std::sync::mpsc::Receiver<(String, TcpStream)>;
 #[track_caller]
 fn wait(lines: &Lines, beginning: &str) -> TcpStream {
     let mut others = Vec::new();
+    let end = Instant::now() + PATIENCE;
     loop {
-        match lines.recv_timeout(PATIENCE) {
+        match lines.recv_timeout(end.saturating_duration_since(Instant::now())) {
             Ok((line, stream)) if line.starts_with(beginning) => return stream,
             Ok((line, _)) => others.push(line),
             Err(_) => panic!("no {beginning}: {others:?}"),

@@ -12,7 +12,7 @@ use crate::cli::bridge::Module;
 use crate::error::{BrokerError, Error};
 use std::net::{Ipv4Addr, Ipv6Addr, SocketAddr, UdpSocket};
 
-/// The steering module has no heading, and has no roll.
+/// The values of PGN 253 for no heading and for no roll.
 const NO_HEADING: i16 = 9999;
 const NO_ROLL: i16 = 8888;
 

@@ -114,7 +114,15 @@ impl Fleet {
                 self.leave_out(Note::NotBridged(line), terminal);
                 Ok(false)
             }
-            Ok(Some(sensor)) => {
+            Ok(Some(mut sensor)) => {
+                // Only the serial numbers of one maker differ.
+                let (name, maker) = (&sensor.about.name, sensor.about.maker);
+                if self
+                    .abouts()
+                    .any(|own| own.name == *name && own.maker != maker)
+                {
+                    sensor.name_by_address();
+                }
                 self.sensors.push(sensor);
                 Ok(true)
             }
@@ -128,7 +136,7 @@ impl Fleet {
         }
     }
 
-    /// Waits a short time, polls the sensor that is due, and hands over what has happened.
+    /// Waits a short time, polls the sensor that is due, and passes the events to `take`.
     ///
     /// # Errors
     /// The adapter or `take` fails.

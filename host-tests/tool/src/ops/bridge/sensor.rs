@@ -68,6 +68,11 @@ pub struct Sensor {
     status: Vec<String>,
 }
 
+/// Protocol and address, for topics.
+fn address(found: &Found) -> String {
+    format!("{}-{}", found.protocol(), found.target.address())
+}
+
 /// Gives each sensor a number of its own.
 static NUMBERS: AtomicU64 = AtomicU64::new(0);
 
@@ -94,10 +99,7 @@ impl Sensor {
         std::mem::swap(link, &mut session.link);
         let sampler = sampler?;
         let serial = found.identity().serial();
-        let name = serial.map_or_else(
-            || format!("{}-{}", found.protocol(), found.target.address()),
-            |serial| serial.to_string(),
-        );
+        let name = serial.map_or_else(|| address(&found), |serial| serial.to_string());
         let about = About {
             name,
             line: found.line(link.rate()),
@@ -127,6 +129,11 @@ impl Sensor {
         };
         sensor.with(link, Self::follow)?;
         Ok(Some(sensor))
+    }
+
+    /// Takes the name of a sensor without serial number.
+    pub(super) fn name_by_address(&mut self) {
+        self.about.name = address(&self.found);
     }
 
     /// Runs something in the session with this link.
@@ -304,7 +311,7 @@ impl Sensor {
         (self.next_poll, self.next_register, self.next_refresh) = (later, later, later);
     }
 
-    /// Asks whether a lost sensor is there again. Another sensor at its address is not taken for it.
+    /// Asks a lost sensor for its identity. A sensor with another serial number does not count.
     fn look(&mut self) -> Result<Vec<Event>, Error> {
         self.rest();
         self.session.release()?;

@@ -24,7 +24,8 @@ impl Topics {
     pub fn new(site: &str, bus: &str, discovery: &str) -> Result<Self, Error> {
         let is_valid = |name: &str| {
             let is_wrong = |letter: char| "/+#".contains(letter) || letter.is_control();
-            !name.is_empty() && !name.contains(is_wrong)
+            // A broker keeps topics with $ for itself.
+            !name.is_empty() && !name.starts_with('$') && !name.contains(is_wrong)
         };
         let checked = |option, name: &str| match is_valid(name) {
             true => Ok(name.to_owned()),

@@ -52,8 +52,11 @@ pub(super) fn next<'a>(
             lss::unaddress(link)?;
         }
         let scanned = lss::find(link);
-        let Some([vendor, code, _, serial]) = scanned? else {
+        if !matches!(scanned, Ok(Some(_))) {
+            // A node that fastscan has begun to select must not stay in configuration mode.
             lss::release(link)?;
+        }
+        let Some([vendor, code, _, serial]) = scanned? else {
             if link.now() >= until {
                 let seconds = wait.ticks() / 1_000_000;
                 return Err(Silence::Next(first.name.clone(), seconds).into());

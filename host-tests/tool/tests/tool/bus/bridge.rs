@@ -1,7 +1,9 @@
-//! `bridge` in the time of the bus, without a broker: the samples are in the buffer.
+//! `bridge` in simulated time, without a broker: the samples are in the buffer.
 
 use super::rig::Rig;
 use super::several::pair;
+use bench::BusRate;
+use plumbline::can::BitRate;
 use plumbline_tool::ops::bridge::queue::{Cursor, Queue};
 use serde_json::Value;
 use std::path::Path;
@@ -54,6 +56,23 @@ fn every_sensor_of_the_bus_is_sampled_with_the_same_pause() {
         "{counts:?}"
     );
     assert_eq!(counts.iter().sum::<usize>(), samples.len());
+}
+
+#[test]
+fn sensors_of_two_makers_with_one_serial_number_have_different_topics() {
+    let mut rig = Rig::new(BusRate::Fixed(BitRate::K125));
+    rig.attach("jn2101", 7);
+    rig.attach("ims360", 7);
+    rig.run(2500);
+    let (samples, _) = bridge(
+        &mut rig,
+        "--rate 125 bridge --active --every 100 --seconds 2",
+    );
+    let counts = ["s/b/7/angle", "s/b/canopen-50/angle"].map(|topic| count(&samples, topic));
+    assert!(
+        counts.iter().all(|count| (19..=21).contains(count)),
+        "{counts:?}"
+    );
 }
 
 #[test]

@@ -167,7 +167,7 @@ fn serial_number_selects_the_sensor_of_the_plan() {
 }
 
 #[test]
-fn commissioning_that_stopped_goes_on() {
+fn interrupted_commissioning_continues() {
     let (mut rig, ids) = rig(
         BusRate::Fixed(BitRate::K125),
         &[("jn2101", 7), ("jn2101", 8)],

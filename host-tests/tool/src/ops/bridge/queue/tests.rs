@@ -80,7 +80,7 @@ fn numbers_that_a_power_cut_can_have_lost_are_not_used_again() {
 }
 
 #[test]
-fn damaged_end_of_a_file_costs_only_the_records_in_it() {
+fn damaged_end_of_file_loses_only_its_records() {
     for (damage, last) in [("cut", 6), ("bit", 6), ("zeros", 7)] {
         let folder = tempfile::tempdir().unwrap();
         let mut queue = Queue::open(folder.path(), LIMIT).unwrap();
