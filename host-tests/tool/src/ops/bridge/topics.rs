@@ -42,9 +42,10 @@ impl Topics {
         })
     }
 
-    /// The name of this client, which a broker knows once.
+    /// The name of this client, which a broker knows once. The bus has no `-` in it, so no other site and bus have the same name.
     pub fn client(&self) -> String {
-        format!("plumbline-{}-{}", self.site, self.bus)
+        let bus = self.bus.replace('%', "%25").replace('-', "%2D");
+        format!("plumbline-{}-{bus}", self.site)
     }
 
     /// Whether the bridge is there.
@@ -136,6 +137,15 @@ pub fn bus_of(port: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn client_has_another_name_for_each_site_and_bus() {
+        let client = |site, bus| Topics::new(site, bus, "").unwrap().client();
+        assert_eq!(client("crane-17", "can0"), "plumbline-crane-17-can0");
+        assert_eq!(client("a", "b-c"), "plumbline-a-b%2Dc");
+        assert_ne!(client("a-b", "c"), client("a", "b-c"));
+        assert_ne!(client("a", "b%2Dc"), client("a", "b-c"));
+    }
 
     #[test]
     fn discovery_has_no_null_for_what_the_sensor_does_not_tell() {
