@@ -132,6 +132,8 @@ texts! {
         SensorNew(sensor: String) = "{sensor}: is new on the bus", "{sensor}: ist neu am Bus";
         NotBridged(sensor: String) = "{sensor}: left out, because its product is not known, or another master owns it",
             "{sensor}: weggelassen, weil das Produkt nicht bekannt ist oder ein anderer Master ihn besitzt";
+        OnlyHeard(node: String) = "{node}: left out, because it was heard and does not answer as a sensor",
+            "{node}: weggelassen, weil er zu hören war und nicht als Sensor antwortet";
         AllCauses = "all causes are in the chapter \"Nobody answers\" of EXCHANGE.md",
             "alle Ursachen stehen im Kapitel \"Niemand antwortet\" von AUSTAUSCH.md";
         NothingSent = "nothing was sent", "nichts wurde gesendet";

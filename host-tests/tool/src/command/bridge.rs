@@ -5,10 +5,9 @@ use super::watch;
 use crate::cli::bridge::Bridge;
 use crate::connect;
 use crate::error::{BrokerError, Error};
-use crate::identify::{self, Found};
-use crate::labels::{Labels, folder};
-use crate::link::Link;
-use crate::master::Protocol;
+use crate::identify::Found;
+use crate::labels::folder;
+use crate::note::Note;
 use crate::ops::bridge::address::{Address, Credentials, Files, transport};
 use crate::ops::bridge::agopengps::AgOpenGps;
 use crate::ops::bridge::broker::{Broker, Wanted};
@@ -20,10 +19,8 @@ use crate::output::Terminal;
 use crate::question::Name;
 use crate::scan;
 use crate::serve::lease::Lease;
-use adapter::Mode;
 use plumbline::can::BitRate;
 use plumbline::time::millis;
-use serde_json::Value;
 use std::path::PathBuf;
 
 /// Publishes what the sensors on the bus measure.
@@ -106,30 +103,12 @@ fn search(
         ..scan::Options::default()
     };
     let labels = bus.labels(terminal);
-    let rows = scan::run(Box::new(lease.clone()), options, labels.clone(), terminal)?;
-    let rate = rows.rate.or(bus.options.rate);
-    let mut link = Link::new(Box::new(lease.clone()), &terminal.stopped);
-    link.open(rate, Mode::Active)?;
-    let mut found = Vec::new();
-    for row in rows.json().as_array().into_iter().flatten() {
-        found.extend(asked(row, &labels, &mut link)?);
+    let rows = scan::run(Box::new(lease.clone()), options, labels, terminal)?;
+    for row in rows.heard() {
+        terminal.note(&Note::OnlyHeard(row.text(rows.rate)));
     }
-    link.close();
-    Ok((rate, found))
-}
-
-/// The sensor of a row of a scan.
-fn asked(row: &Value, labels: &Labels, link: &mut Link) -> Result<Option<Found>, Error> {
-    let text = |key: &str| row[key].as_str().unwrap_or_default();
-    let Some(protocol) = Protocol::named(text("protocol")) else {
-        return Ok(None);
-    };
-    let Ok(target) = (protocol.target)(text("address")) else {
-        return Ok(None);
-    };
-    let found = identify::ask(link, target, identify::PATIENT)?;
-    Ok(found.map(|mut found| {
-        found.label = labels.name(&found);
-        found
-    }))
+    Ok((
+        rows.rate.or(bus.options.rate),
+        rows.found().cloned().collect(),
+    ))
 }

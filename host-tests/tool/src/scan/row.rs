@@ -132,8 +132,8 @@ impl Row {
         }
     }
 
-    /// As a line, with the next step.
-    fn line(&self, rate: Option<BitRate>) -> String {
+    /// As a line.
+    pub fn text(&self, rate: Option<BitRate>) -> String {
         let document = self.json(rate);
         let text = |name: &str| match &document[name] {
             Value::String(text) => text.clone(),
@@ -151,7 +151,7 @@ impl Row {
             Self::Heard(_) if document.get("heard").is_some() => text("heard"),
             _ => text("article"),
         };
-        let known = format!(
+        format!(
             "{} kbit/s  {}  {}  address {}  serial {}  {}  firmware {}{label}",
             text("rate"),
             text("protocol"),
@@ -160,7 +160,12 @@ impl Row {
             text("serial"),
             article,
             text("firmware")
-        );
+        )
+    }
+
+    /// The same with the next step.
+    fn line(&self, rate: Option<BitRate>) -> String {
+        let known = self.text(rate);
         let rate = rate.map_or(String::new(), |rate| format!("--rate {} ", kbits(rate)));
         match self.next(&rate) {
             Some(next) => format!("{known}\n    {next}"),
@@ -275,6 +280,11 @@ impl Rows {
             Row::Found(found) => Some(found),
             Row::Heard(_) => None,
         })
+    }
+
+    /// The nodes that are only known from their frames.
+    pub fn heard(&self) -> impl Iterator<Item = &Row> {
+        self.rows.iter().filter(|row| matches!(row, Row::Heard(_)))
     }
 
     /// The nodes that have answered.

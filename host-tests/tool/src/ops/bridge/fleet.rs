@@ -5,6 +5,7 @@ use super::sensor::{About, Sensor};
 use crate::error::{Error, SensorError};
 use crate::identify::{self, Found};
 use crate::link::Link;
+use crate::master::Target;
 use crate::note::Note;
 use crate::output::Terminal;
 use crate::scan::listen;
@@ -27,6 +28,9 @@ const MOST: usize = 1000;
 /// The pause between two searches for sensors that were switched on later.
 const SEARCH: Duration = millis(30_000);
 
+/// The longest pause between two questions to a node that is not a sensor of the catalogue. The first one is that between two searches.
+const LONGEST: u64 = 3_600_000_000;
+
 /// What has happened to a sensor.
 pub enum Event {
     /// It has these angles, by their names with their units; None: no valid angle.
@@ -40,6 +44,14 @@ pub enum Event {
 /// A sensor, the time of the event in us since 1970, and the event.
 pub type Take<'a> = &'a mut dyn FnMut(&mut Terminal, &About, u64, Event) -> Result<(), Error>;
 
+/// A node that has not answered as a sensor of the catalogue.
+struct Stranger {
+    target: Target,
+    /// When it is asked again, and the pause after that.
+    next: Instant,
+    pause: u64,
+}
+
 /// The sensors on a bus.
 pub struct Fleet {
     lease: Lease,
@@ -51,6 +63,7 @@ pub struct Fleet {
     heard: Option<Vec<(Instant, Frame)>>,
     /// The time of the next one; None: the user has chosen one sensor.
     search: Option<Instant>,
+    strangers: Vec<Stranger>,
     /// The user knows that these are left out.
     left_out: BTreeSet<String>,
 }
@@ -78,6 +91,7 @@ impl Fleet {
             every,
             heard: None,
             search,
+            strangers: Vec::new(),
             left_out: BTreeSet::new(),
         };
         for found in found {
@@ -206,7 +220,7 @@ impl Fleet {
                 continue;
             };
             let is_known = |own: &Sensor| own.session.target.is_at(target);
-            if self.sensors.iter().any(is_known) {
+            if self.sensors.iter().any(is_known) || !self.is_due(target) {
                 continue;
             }
             let Some(found) = identify::ask(&mut self.link, target, identify::PATIENT)? else {
@@ -215,11 +229,31 @@ impl Fleet {
             if self.add(found, terminal)?
                 && let Some(about) = self.sensors.last().map(|own| &own.about)
             {
+                self.strangers.retain(|own| !own.target.is_at(target));
                 terminal.note(&Note::SensorNew(about.line.clone()));
                 take(terminal, about, unix(now, now), Event::Here(true))?;
             }
         }
         Ok(())
+    }
+
+    /// Whether a node that was heard is asked now. The pauses grow, because it can be another device.
+    fn is_due(&mut self, target: Target) -> bool {
+        let now = self.link.now();
+        let mut strangers = self.strangers.iter_mut();
+        match strangers.find(|own| own.target.is_at(target)) {
+            Some(own) if now < own.next => return false,
+            Some(own) => {
+                own.pause = LONGEST.min(2 * own.pause);
+                own.next = after(now, Duration::from_ticks(own.pause));
+            }
+            None => self.strangers.push(Stranger {
+                target,
+                next: now,
+                pause: SEARCH.ticks(),
+            }),
+        }
+        true
     }
 
     /// The present time of the bus.

@@ -3,7 +3,7 @@
 use super::rig::Rig;
 use super::several::pair;
 use bench::BusRate;
-use plumbline::can::BitRate;
+use plumbline::can::{BitRate, Frame, standard};
 use plumbline_tool::ops::bridge::queue::{Cursor, Queue};
 use serde_json::Value;
 use std::path::Path;
@@ -72,6 +72,33 @@ fn sensors_of_two_makers_with_one_serial_number_have_different_topics() {
     assert!(
         counts.iter().all(|count| (19..=21).contains(count)),
         "{counts:?}"
+    );
+}
+
+#[test]
+fn node_that_is_no_sensor_is_told_and_asked_with_growing_pauses() {
+    let mut rig = Rig::new(BusRate::Fixed(BitRate::K125));
+    rig.attach("jn2101", 7);
+    let heartbeat = Frame::data(standard(0x733), &[5]).expect("a heartbeat");
+    rig.cyclic = Some((500, heartbeat));
+    rig.says_yes = true;
+    rig.run(2500);
+    rig.witnessed();
+    let (_, notes) = bridge(&mut rig, "--rate 125 bridge --active --seconds 210");
+    let told = "canopen  -  address 51  serial -  -  firmware -: left out";
+    assert!(notes.contains(told), "{notes}");
+    let frames = rig.witnessed_at().into_iter();
+    let questions = frames.filter(|(_, frame)| frame.can_id() == standard(0x633).into());
+    let seconds = questions.map(|(at, _)| at.ticks() / 1_000_000);
+    let mut times: Vec<u64> = seconds.collect();
+    times.dedup_by_key(|second| *second / 10);
+    let pauses: Vec<u64> = times.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    let [.., first, second] = pauses[..] else {
+        panic!("{times:?}");
+    };
+    assert!(
+        first.abs_diff(32) <= 3 && second.abs_diff(65) <= 5,
+        "{times:?}"
     );
 }
 
