@@ -72,7 +72,7 @@ impl Silicon {
         let genuine = Self::genuine(Board::BluePill);
         Self {
             can: bxcan::Silicon {
-                mailbox_code: false,
+                mailbox_code: Some(0),
                 ..genuine.can
             },
             processor: M3_R2P1,

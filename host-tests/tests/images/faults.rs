@@ -147,7 +147,8 @@ fn load_over_its_base_goes_wrong_under_an_interrupt() {
         rig.run(50);
         rig.wait_until(1, 100, Rig::runs_main_loop);
         let place = rig.microcontroller().core().pc() - start;
-        assert_eq!(place == 18, goes_wrong, "at {place}");
+        let has_erratum = silicon().restarts_loads;
+        assert_eq!(place == 18, goes_wrong && has_erratum, "at {place}");
         assert_eq!(rig.device().boots(), 1);
     }
 }

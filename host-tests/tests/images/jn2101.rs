@@ -1,6 +1,6 @@
 //! The image of the JN2101.
 
-use crate::rig::{blank, part};
+use crate::rig::{blank, part, silicon};
 use bench::motion::Motion;
 use bench::script::LEVEL;
 use bench::{AdapterId, Bus, BusRate, DeviceId, Sensor};
@@ -8,7 +8,7 @@ use can_wire::text::frame;
 use plumbline::can::BitRate;
 use plumbline::measure::{I32x3, ONE_G, Reading};
 use plumbline::time::{Duration, after, millis};
-use stm32_sim::Microcontroller;
+use stm32_sim::{Microcontroller, bxcan};
 
 /// In level position at rest, with this temperature in 0.01 degC.
 fn level(temperature: i16) -> Box<Reading> {
@@ -130,10 +130,18 @@ fn sensor_reset_is_answered_and_keeps_the_unsaved_node_id() {
 pub fn sync_is_answered_with_both_tpdos() {
     let mut bench = Bench::new(level(2500));
     bench.exchange("000#010A");
-    for _ in 0..10 {
-        let frames = bench.exchange("080#");
-        let identifiers: Vec<_> = frames.iter().map(|frame| &frame[..3]).collect();
-        assert_eq!(identifiers, ["18A", "28A"]);
+    let own = silicon().can;
+    for mailbox_code in [own.mailbox_code, Some(0), Some(1), Some(2), Some(3)] {
+        let silicon = bxcan::Silicon {
+            mailbox_code,
+            ..own
+        };
+        bench.chip_mut().io_mut().can.set_silicon(silicon);
+        for _ in 0..10 {
+            let frames = bench.exchange("080#");
+            let identifiers: Vec<_> = frames.iter().map(|frame| &frame[..3]).collect();
+            assert_eq!(identifiers, ["18A", "28A"], "{mailbox_code:?}");
+        }
     }
 }
 

@@ -139,7 +139,7 @@ impl Drop for Bench {
 /// The sum of the rates is the rotation, with each error of the clock of the gyroscope. A value is published 3 to 4.5 ms after its time,
 /// and stays for a sampling period.
 #[test]
-fn rotation_is_exact_and_late_by_at_most_10_ms() {
+fn rotation_is_exact_and_late_by_at_most_10_5_ms() {
     let turn = Turn {
         start: 6.0,
         length: 0.3,
@@ -163,7 +163,7 @@ fn rotation_is_exact_and_late_by_at_most_10_ms() {
         let worst = lags.iter().copied().fold(f64::MIN, f64::max);
         let least = lags.iter().copied().fold(f64::MAX, f64::min);
         println!("{percent} %: {:.2} to {:.2} ms", least * 1e3, worst * 1e3);
-        assert!(worst < 10e-3, "{percent} %: {worst}");
+        assert!(worst < 10.5e-3, "{percent} %: {worst}");
         assert!(least < 4.6e-3, "{percent} %: {least}");
         bench.run_until(6_400_000);
         let [rotation, rate, _] = bench.measure();

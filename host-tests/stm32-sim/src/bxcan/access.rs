@@ -28,10 +28,11 @@ impl BxCan {
             Register::MasterStatus => self.master_status(),
             Register::TransmitStatus => {
                 let status = state.transmitter.status(state.control.order());
-                if self.silicon.mailbox_code {
-                    status
-                } else {
-                    status & !transmit::CODE
+                match self.silicon.mailbox_code {
+                    None => status,
+                    Some(code) => {
+                        status & !transmit::CODE | code << transmit::CODE.trailing_zeros()
+                    }
                 }
             }
             Register::ReceiveFifo(fifo) => state.fifos[fifo].status(),

@@ -46,8 +46,8 @@ pub struct Silicon {
     pub lock_after: Option<u32>,
     /// CAN_FMR after a reset, without FINIT. CAN2SB is writable if the banks are shared with CAN2.
     pub filter_master: u32,
-    /// CAN_TSR.CODE has the number of a mailbox; otherwise it is always 0.
-    pub mailbox_code: bool,
+    /// CAN_TSR.CODE always has this value; None: the number of a mailbox.
+    pub mailbox_code: Option<u32>,
     /// Those of these bits that are reserved in a register of control, status or configuration read as 1.
     pub reserved: u32,
     /// The other bits of CAN_BTR read as 0. They have their effect.
@@ -63,7 +63,7 @@ impl Default for Silicon {
             release: 2,
             lock_after: Some(1),
             filter_master: GENUINE_FILTER_MASTER,
-            mailbox_code: true,
+            mailbox_code: None,
             reserved: 0,
             timing_reads: !0,
         }
@@ -76,7 +76,7 @@ impl Silicon {
         Self {
             lock_after: Some(0),
             filter_master: 0,
-            mailbox_code: false,
+            mailbox_code: Some(0),
             reserved: 0xA5A5_A5A5,
             ..Self::default()
         }

@@ -45,12 +45,15 @@ pub fn chip() -> Chip {
     board().chip()
 }
 
-/// The silicon of this test: the worst, except within [`on_genuine_silicon`].
+/// The silicon of this test: that of `PLUMBLINE_SILICON` (`.ci/long silicon`) or the worst, except within [`on_genuine_silicon`].
 pub fn silicon() -> Silicon {
-    if GENUINE.get() {
-        Silicon::genuine(board())
-    } else {
-        Silicon::worst(board())
+    let chosen = std::env::var("PLUMBLINE_SILICON").unwrap_or_default();
+    match chosen.as_str() {
+        _ if GENUINE.get() => Silicon::genuine(board()),
+        "" => Silicon::worst(board()),
+        "genuine" => Silicon::genuine(board()),
+        "gd32" => Silicon::gd32(),
+        other => panic!("no silicon {other}"),
     }
 }
 

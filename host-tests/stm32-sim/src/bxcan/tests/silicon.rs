@@ -70,8 +70,8 @@ fn released_mailbox_is_pending_for_its_time() {
 }
 
 #[test]
-fn code_of_tsr_is_number_of_free_mailbox_or_always_0() {
-    for (mailbox_code, code) in [(true, 1), (false, 0)] {
+fn code_of_tsr_is_number_of_free_mailbox_or_a_constant() {
+    for (mailbox_code, code) in [(None, 1), (Some(0), 0), (Some(3), 3)] {
         let mut can = on_the_bus(BTR_500K);
         can.set_silicon(Silicon {
             mailbox_code,
