@@ -1,6 +1,7 @@
 // Starts the page: texts, parts, events.
 
 import * as actions from "./actions.js";
+import * as align from "./align.js";
 import * as angles from "./angles.js";
 import { events, Failure } from "./api.js";
 import * as attitude from "./attitude.js";
@@ -70,7 +71,7 @@ theme.value = localStorage.getItem(THEME) ?? "auto";
 document.documentElement.dataset.theme = theme.value;
 theme.addEventListener("change", () => setTheme(theme.value));
 
-for (const part of [angles, attitude, chart, actions, file, parameters, frames, transmit, calibrate, identity, log, focus, owner]) part.start();
+for (const part of [angles, attitude, chart, actions, align, file, parameters, frames, transmit, calibrate, identity, log, focus, owner]) part.start();
 attempt(connection.start);
 /** @type {Failure | null} */
 let lost = null;

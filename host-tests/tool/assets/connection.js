@@ -2,7 +2,7 @@
 
 import { which } from "./actions.js";
 import { Failure, get, post } from "./api.js";
-import { ask } from "./dialog.js";
+import { answered, ask } from "./dialog.js";
 import { textOf } from "./reading.js";
 import { attempt, element, emit, fail, goneText, isReady, make, mayAct, on, press, sensor, state } from "./state.js";
 import { currentLanguage, inLanguage, onLanguage, t } from "./texts.js";
@@ -131,37 +131,6 @@ async function asking(path, sent, name, doing) {
     if (own === turn) {
       [waits, ended] = ["", end];
       showFound();
-    }
-  }
-}
-
-/**
- * Sends a request until its questions are answered.
- * @param {(yes: object[]) => Promise<unknown>} send @param {string} name of the button
- */
-async function answered(send, name) {
-  /** The questions that were answered with yes. @type {object[]} */
-  const yes = [];
-  /** @type {Set<string>} */
-  const no = new Set();
-  for (;;) {
-    try {
-      await send(yes);
-      return;
-    } catch (error) {
-      if (!(error instanceof Failure) || error.code !== "asks") throw error;
-      // One yes is enough. A question that was answered with no is not shown again.
-      const given = yes.length;
-      for (const { question, texts } of error.questions) {
-        const same = JSON.stringify(question);
-        if (no.has(same)) continue;
-        if (await ask({ title: name, text: inLanguage(texts), yes: t("ask-yes") })) {
-          yes.push(question);
-          break;
-        }
-        no.add(same);
-      }
-      if (yes.length === given) return;
     }
   }
 }

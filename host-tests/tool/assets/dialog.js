@@ -1,7 +1,8 @@
 // A question before an action, with an optional field.
 
+import { Failure } from "./api.js";
 import { sentence } from "./failure.js";
-import { t } from "./texts.js";
+import { inLanguage, t } from "./texts.js";
 
 const element = (/** @type {string} */ id) => /** @type {any} */ (document.getElementById(id));
 
@@ -20,7 +21,7 @@ const element = (/** @type {string} */ id) => /** @type {any} */ (document.getEl
 /**
  * Asks; returns null for no, else the text of the field and which boxes are checked. With `act` the question stays until that is done:
  * a failure is told beside the field, which keeps its text.
- * @param {{title: string, text: string, yes: string, field?: Field,
+ * @param {{title: string, text: string, yes: string, field?: Field, isBeside?: boolean,
  *   checks?: (string | {text: string, checked: boolean})[]}} question
  * @param {(answer: Answer) => Promise<unknown>} [act]
  * @returns {Promise<Answer | null>}
@@ -28,7 +29,10 @@ const element = (/** @type {string} */ id) => /** @type {any} */ (document.getEl
 export function ask(question, act) {
   const dialog = element("question");
   // One question at a time: a second one counts as cancelled.
-  if (dialog.open) return Promise.resolve(null);
+  if (dialog.open) {
+    element("question-no").focus();
+    return Promise.resolve(null);
+  }
   element("question-title").textContent = question.title;
   const text = element("question-text");
   text.replaceChildren(...question.text.split("\n").map((line) => {
@@ -55,7 +59,8 @@ export function ask(question, act) {
   element("question-yes").textContent = question.yes;
   element("question-no").textContent = t("cancel");
   dialog.returnValue = "no";
-  dialog.showModal();
+  // The user acts on the page before the answer.
+  if (question.isBeside) dialog.show(); else dialog.showModal();
   (input ?? element("question-no")).focus();
   const answer = () => ({ value: input?.value.trim() ?? "", checked: boxes.map((box) => box.checked) });
   return new Promise((resolve, reject) => {
@@ -89,6 +94,37 @@ export function ask(question, act) {
       if (!isRunning || dialog.returnValue === "yes") resolve(dialog.returnValue === "yes" ? answer() : null);
     }, { once: true });
   });
+}
+
+/**
+ * Sends a request until its questions are answered.
+ * Returns what the last one returns; undefined after a no.
+ * @param {(yes: object[]) => Promise<any>} send @param {string} name of the button @param {boolean} [isBeside] the page can be used meanwhile
+ */
+export async function answered(send, name, isBeside = false) {
+  /** The questions that were answered with yes. @type {object[]} */
+  const yes = [];
+  /** @type {Set<string>} */
+  const no = new Set();
+  for (;;) {
+    try {
+      return await send(yes);
+    } catch (error) {
+      if (!(error instanceof Failure) || error.code !== "asks") throw error;
+      // One yes is enough. A question that was answered with no is not shown again.
+      const given = yes.length;
+      for (const { question, texts } of error.questions) {
+        const same = JSON.stringify(question);
+        if (no.has(same)) continue;
+        if (await ask({ title: name, text: inLanguage(texts), yes: t("ask-yes"), isBeside })) {
+          yes.push(question);
+          break;
+        }
+        no.add(same);
+      }
+      if (yes.length === given) return undefined;
+    }
+  }
 }
 
 /** Tells why the text of the field was refused. @param {any} input @param {string} why */

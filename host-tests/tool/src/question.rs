@@ -44,13 +44,26 @@ texts! {
         #[serde(skip)]
         NotCarried(names: String) = "The new sensor does not take {names}. Write the other settings?",
             "Der neue Sensor nimmt {names} nicht. Die übrigen Einstellungen schreiben?";
-        #[serde(skip)]
-        Turn(angles: String) = "{angles}. Turn the sensor by 180 deg about the vertical axis, on the same place. Is it turned and at rest?",
+        Turn {angles: AtRest} = "{angles}. Turn the sensor by 180 deg about the vertical axis, on the same place. Is it turned and at rest?",
             "{angles}. Drehen Sie den Sensor um 180 Grad um die senkrechte Achse, auf derselben Stelle. Ist er gedreht und in Ruhe?";
+        Align {sensor: String, angles: AtRest} = "Make the offset of the mounting zero? {sensor}; {angles}",
+            "Den Versatz der Montage zu Null machen? {sensor}; {angles}";
         #[serde(skip)]
         Overwrite(path: String) = "{path} exists. Replace it?", "{path} gibt es schon. Ersetzen?";
         #[serde(skip)]
         Calibrate(question: host::Question) = "{question}", "{question}";
+    }
+}
+
+texts! {
+    /// An angle at rest, in a question.
+    #[derive(Serialize, Deserialize)]
+    #[serde(rename_all = "kebab-case", deny_unknown_fields)]
+    Angle {
+        First {name: String, angle: f64, spread: f64} = "{name} {angle:.2} deg, spread {spread:.2} deg",
+            "{name} {angle:.2} deg, Spanne {spread:.2} deg";
+        Both {name: String, first: f64, turned: f64, spread: f64, mounting: f64, surface: f64} = "{name} {first:.2} deg, turned {turned:.2} deg, spread {spread:.2} deg; mounting {mounting:.2} deg, surface {surface:.2} deg",
+            "{name} {first:.2} deg, gedreht {turned:.2} deg, Spanne {spread:.2} deg; Montage {mounting:.2} deg, Fläche {surface:.2} deg";
     }
 }
 
@@ -78,7 +91,6 @@ texts! {
     /// A change of the sensor that needs a yes.
     Change {
         Zero = "Make the present position zero", "Die jetzige Lage zu Null machen";
-        Align = "Make the offset of the mounting zero", "Den Versatz der Montage zu Null machen";
         Teach = "Make the present position the reference frame", "Die jetzige Lage zum Bezugssystem machen";
         LoadFactory = "Load the factory values", "Die Werkswerte laden";
         LoadFactoryAndRestart(address: String, rate: &'static str) = "Load the factory values and restart the sensor (it then has {address} and {rate}; the other devices on the bus must have the same rate)",
@@ -134,7 +146,7 @@ impl Change {
     /// The name for `--yes`.
     pub const fn name(&self) -> Name {
         match self {
-            Self::Zero | Self::Align => Name::Zero,
+            Self::Zero => Name::Zero,
             Self::Teach => Name::Teach,
             Self::LoadFactory | Self::LoadFactoryAndRestart(..) => Name::LoadFactory,
             Self::Rate(_) => Name::Rate,
@@ -157,10 +169,11 @@ impl Question {
             Self::OtherProduct { .. } => Name::Product,
             Self::DataSheet { .. } => Name::DataSheet,
             Self::Change { change, .. } => change.name(),
+            Self::Align { .. } => Name::Zero,
             Self::NotCarried(_) => Name::Restore,
             Self::Period(_) | Self::Tpdo(_) => Name::Cyclic,
             Self::Overwrite(_) => Name::Overwrite,
-            Self::WhichProduct { .. } | Self::Turn(_) | Self::Calibrate(_) => return None,
+            Self::WhichProduct { .. } | Self::Turn { .. } | Self::Calibrate(_) => return None,
         })
     }
 }
@@ -176,6 +189,25 @@ impl Display for Name {
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
         let value = self.to_possible_value();
         f.write_str(value.as_ref().map_or("", |value| value.get_name()))
+    }
+}
+
+/// All angles at rest.
+#[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
+#[serde(transparent)]
+pub struct AtRest(pub Vec<Angle>);
+
+impl Display for AtRest {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        let texts: Vec<String> = self.0.iter().map(Angle::to_string).collect();
+        f.write_str(&texts.join("; "))
+    }
+}
+
+impl Text for AtRest {
+    fn german(&self) -> String {
+        let texts: Vec<String> = self.0.iter().map(Angle::german).collect();
+        texts.join("; ")
     }
 }
 

@@ -126,6 +126,11 @@ impl Sampler {
         })
     }
 
+    /// The angles with the scales of the samples.
+    pub(crate) fn angles(&self) -> &[(Entry, Scale)] {
+        &self.angles
+    }
+
     pub(crate) fn entries(&self) -> Vec<Entry> {
         self.angles.iter().map(|(entry, _)| entry.clone()).collect()
     }

@@ -273,7 +273,8 @@ fn on_bus(cli: &Cli, bus: &mut Bus, terminal: &mut Terminal) -> Result<(), Error
         }),
         Command::Align { save } => {
             let report = bus.with_found(terminal, |session, found, terminal| {
-                ops::align::align(session, found, *save, terminal)
+                let mut measured = ops::align::Measured::default();
+                ops::align::align(session, found, (&mut measured, *save), terminal)
             })?;
             terminal.report(&Report::Aligned(report))
         }

@@ -8,9 +8,8 @@ use super::{get, set};
 use crate::error::{Error, RequestError};
 use crate::identify::Found;
 use crate::note::Note;
-use crate::number::Scale;
 use crate::output::Terminal;
-use crate::question::{Change, Name, Question};
+use crate::question::{self, AtRest, Name, Question};
 use crate::sample::Sampler;
 use crate::session::Session;
 use crate::sheet::Entry;
@@ -60,17 +59,18 @@ impl Angle {
     }
 
     fn line(&self) -> String {
-        let Self {
-            name,
-            first,
-            turned,
-            spread,
-            mounting,
-            surface,
-        } = self;
-        format!(
-            "{name}  {first:.2} deg, turned {turned:.2} deg, spread {spread:.2} deg; mounting {mounting:.2} deg, surface {surface:.2} deg"
-        )
+        self.shown().to_string()
+    }
+
+    fn shown(&self) -> question::Angle {
+        question::Angle::Both {
+            name: self.name.clone(),
+            first: self.first,
+            turned: self.turned,
+            spread: self.spread,
+            mounting: self.mounting,
+            surface: self.surface,
+        }
     }
 }
 
@@ -84,10 +84,16 @@ impl Aligned {
     }
 }
 
+/// What was measured. The page ends at a question, and goes on from here after the answer.
+#[derive(Debug, Default)]
+pub(crate) struct Measured {
+    first: Option<Vec<Rest>>,
+    turned: Option<Vec<Rest>>,
+}
+
 /// An angle with its offset.
 struct Axis {
     angle: Entry,
-    scale: Scale,
     offset: Offset,
 }
 
@@ -95,24 +101,20 @@ struct Axis {
 pub(crate) fn align(
     session: &mut Session,
     found: &Found,
-    save: bool,
+    (measured, save): (&mut Measured, bool),
     terminal: &mut Terminal,
 ) -> Result<Aligned, Error> {
     if session.sheet.data_sheet.is_some() {
         return Err(RequestError::NotDescribed.into());
     }
     let axes = axes(session)?;
-    let mut sampler = Sampler::new(session)?;
-    let angles = axes.iter();
-    let angles: Vec<_> = angles
-        .map(|axis| (axis.angle.clone(), axis.scale.clone()))
-        .collect();
-    let first = rest::wait(session, &mut sampler, &angles, terminal)?;
-    if !terminal.ask(&Question::Turn(shown(&axes, &first)))? {
+    let first = at_rest(session, &axes, &mut measured.first, terminal)?;
+    let angles = shown(&axes, &first);
+    if !terminal.ask(&Question::Turn { angles })? {
         let sensor = found.about(session.link.rate()).to_string();
         return Err(RequestError::NotTurned(sensor).into());
     }
-    let turned = rest::wait(session, &mut sampler, &angles, terminal)?;
+    let turned = at_rest(session, &axes, &mut measured.turned, terminal)?;
     let both = first.iter().zip(&turned).zip(&axes);
     let angles: Vec<Angle> = both
         .map(|((first, turned), axis)| Angle::new(axis.angle.name.clone(), *first, *turned))
@@ -141,6 +143,23 @@ pub(crate) fn align(
     })
 }
 
+/// The angles at rest, which are measured once.
+fn at_rest(
+    session: &mut Session,
+    axes: &[Axis],
+    measured: &mut Option<Vec<Rest>>,
+    terminal: &mut Terminal,
+) -> Result<Vec<Rest>, Error> {
+    if let Some(rest) = measured {
+        return Ok(rest.clone());
+    }
+    let mut sampler = Sampler::new(session)?;
+    let angles: Vec<Entry> = axes.iter().map(|axis| axis.angle.clone()).collect();
+    let rest = rest::wait(session, &mut sampler, &angles, terminal)?;
+    *measured = Some(rest.clone());
+    Ok(rest)
+}
+
 /// The angles of the sensor with their offsets.
 fn axes(session: &mut Session) -> Result<Vec<Axis>, Error> {
     let product = session.sheet.product;
@@ -150,23 +169,20 @@ fn axes(session: &mut Session) -> Result<Vec<Axis>, Error> {
         let offset = adjustment.offset.ok_or(none)?;
         let angle = session.sheet.value(offset.angle).cloned();
         let angle = angle.ok_or(RequestError::NoOffset(product.name))?;
-        let scale = session.scale_of(&angle)?;
-        axes.push(Axis {
-            angle,
-            scale,
-            offset,
-        });
+        axes.push(Axis { angle, offset });
     }
     Ok(axes)
 }
 
 /// The angles in a question.
-fn shown(axes: &[Axis], rest: &[Rest]) -> String {
-    let shown = axes.iter().zip(rest).map(|(axis, Rest { angle, spread })| {
-        let name = &axis.angle.name;
-        format!("{name}  {angle:.2} deg, spread {spread:.2} deg")
+fn shown(axes: &[Axis], rest: &[Rest]) -> AtRest {
+    let both = axes.iter().zip(rest);
+    let shown = both.map(|(axis, rest)| question::Angle::First {
+        name: axis.angle.name.clone(),
+        angle: thousandths(rest.angle),
+        spread: thousandths(rest.spread),
     });
-    shown.collect::<Vec<_>>().join("; ")
+    AtRest(shown.collect())
 }
 
 /// The writes that subtract the mounting from an angle.
@@ -208,11 +224,9 @@ fn confirm(
     terminal: &mut Terminal,
 ) -> Result<(), Error> {
     let sensor = found.about(session.link.rate()).to_string();
-    let lines: Vec<String> = angles.iter().map(Angle::line).collect();
-    let question = Question::Change {
-        change: Change::Align,
+    let question = Question::Align {
         sensor: sensor.clone(),
-        angles: lines.join("; "),
+        angles: AtRest(angles.iter().map(Angle::shown).collect()),
     };
     match terminal.ask(&question)? {
         true => Ok(()),

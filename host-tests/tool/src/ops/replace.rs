@@ -146,13 +146,9 @@ fn replies(session: &mut Session) -> Result<Vec<(String, String)>, Error> {
 /// The angles, when the sensor is at rest.
 fn angles(session: &mut Session, terminal: &mut Terminal) -> Result<Vec<Measured>, Error> {
     let mut sampler = Sampler::new(session)?;
-    let mut angles = Vec::new();
-    for entry in sampler.entries() {
-        let scale = session.scale_of(&entry)?;
-        angles.push((entry, scale));
-    }
+    let angles = sampler.entries();
     let rest = rest::wait(session, &mut sampler, &angles, terminal)?;
-    let measured = angles.iter().zip(rest).map(|((entry, _), rest)| Measured {
+    let measured = angles.iter().zip(rest).map(|(entry, rest)| Measured {
         name: entry.name.clone(),
         angle: thousandths(rest.angle),
         spread: thousandths(rest.spread),

@@ -117,15 +117,19 @@ pub fn thousandths(degrees: f64) -> f64 {
 pub fn wait(
     session: &mut Session,
     sampler: &mut Sampler,
-    angles: &[(Entry, Scale)],
+    angles: &[Entry],
     terminal: &mut Terminal,
 ) -> Result<Vec<Rest>, Error> {
-    let entries = sampler.entries();
-    let places = angles.iter().map(|(entry, scale)| {
-        let place = entries.iter().position(|own| own.origin == entry.origin);
-        (place, scale)
+    // The samples of J1939 have another scale than the objects.
+    let scales = sampler.angles().to_vec();
+    let places = angles.iter().map(|entry| {
+        let mut scales = scales.iter().enumerate();
+        let found = scales.find(|(_, (own, _))| own.origin == entry.origin)?;
+        let (place, (_, scale)) = found;
+        Some((place, scale))
     });
-    let places: Vec<_> = places.collect();
+    let places: Option<Vec<_>> = places.collect();
+    let places = places.ok_or(SensorError::NoValidAngle)?;
     let every = millis(PERIOD);
     let end = after(session.link.now(), LONGEST);
     let mut next = after(session.link.now(), TOLD);
@@ -146,7 +150,7 @@ pub fn wait(
         if let Some(rest) = window.rest() {
             let largest = rest.iter().map(|rest| rest.spread).fold(0.0, f64::max);
             spread = Some(largest);
-            let mut quiet = rest.iter().zip(angles);
+            let mut quiet = rest.iter().zip(&places);
             if quiet.all(|(rest, (_, scale))| rest.is_quiet(degrees(scale, 1))) {
                 return Ok(rest);
             }
@@ -172,8 +176,8 @@ pub fn wait(
     }
 }
 
-fn angle(sample: &Sample, place: Option<usize>, scale: &Scale) -> Option<f64> {
-    let number = sample.numbers.get(place?)?;
+fn angle(sample: &Sample, place: usize, scale: &Scale) -> Option<f64> {
+    let number = sample.numbers.get(place)?;
     number.map(|number| degrees(scale, number))
 }
 

@@ -28,6 +28,7 @@ pub const ASSETS: &[Asset] = &[
     asset!(JS, "app.js"),
     asset!(JS, "api.js"),
     asset!(JS, "actions.js"),
+    asset!(JS, "align.js"),
     asset!(JS, "angles.js"),
     asset!(JS, "attitude.js"),
     asset!(JS, "calibrate.js"),

@@ -202,6 +202,18 @@ pub struct Other {
     pub yes: Vec<Question>,
 }
 
+/// The job to make the offset of the mounting zero.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Align {
+    /// Store it afterwards.
+    #[serde(default)]
+    pub save: bool,
+    /// The questions that were answered with yes.
+    #[serde(default)]
+    pub yes: Vec<Question>,
+}
+
 /// What the worker is asked to do.
 #[derive(Debug)]
 pub enum Task {
@@ -213,6 +225,8 @@ pub enum Task {
     Scan(Scan),
     /// Run a command on the sensor.
     Run(Request),
+    /// Make the offset of the mounting zero.
+    Align(Align),
     /// Add or remove a sensor of the chart.
     Chart(Chart),
     /// Change what is sent beside the requests.

@@ -358,6 +358,8 @@ impl Live {
         device["maker"] = json!(product.maker);
         device["angles"] = json!(angles);
         device["zero"] = json!(axes);
+        let mut zero = product.guide.zero.iter();
+        device["align"] = json!(!axes.is_empty() && zero.all(|one| one.offset.is_some()));
         device["teach"] = json!(!product.guide.teach.is_empty());
         device
     }

@@ -20,6 +20,7 @@ use crate::error::{Error, Silence};
 use crate::identify::Identity;
 use crate::last::Last;
 use crate::link::Link;
+use crate::ops::align::Measured;
 use crate::output::Terminal;
 use crate::scan::Memory;
 use action::Answers;
@@ -74,6 +75,8 @@ pub struct Worker {
     selection: Words,
     /// The request whose question the user can answer.
     asked: Option<Asked>,
+    /// What `align` has measured before its question.
+    measured: Measured,
     /// How it was connected, with the answers of the user.
     given: Option<Connect>,
     /// The last number of a sensor.
@@ -109,6 +112,7 @@ impl Worker {
             others: Vec::new(),
             selection: Words::new(),
             asked: None,
+            measured: Measured::default(),
             given: None,
             connection: 0,
             last: None,
@@ -202,6 +206,7 @@ impl Worker {
         self.others.clear();
         self.show_others();
         self.selection.clear();
+        self.measured = Measured::default();
         self.sheet = None;
         self.hub.publish(Kind::Device, &Value::Null);
         self.hub.publish(Kind::Values, &Value::Null);
@@ -249,6 +254,7 @@ impl Worker {
             }
             Task::Scan(wanted) => self.scan(&wanted),
             Task::Run(request) => self.perform(&request),
+            Task::Align(wanted) => self.align(&wanted),
             Task::Chart(wanted) => self.chart(&wanted),
             Task::Transmit(wanted) => self.transmit(wanted),
             Task::Backup => self.backup(),

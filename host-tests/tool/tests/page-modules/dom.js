@@ -149,6 +149,7 @@ export class Element extends EventTarget {
     return isValid;
   }
 
+  show() { this.open = true; }
   showModal() { this.open = true; }
 
   close(value) {

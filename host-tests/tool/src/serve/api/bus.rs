@@ -57,6 +57,11 @@ pub(super) async fn samples(State(app): State<Arc<App>>, body: Bytes) -> Answer 
     work(&app, Task::Samples(per_second)).await
 }
 
+/// Makes the offset of the mounting zero.
+pub(super) async fn align(State(app): State<Arc<App>>, headers: HeaderMap, body: Bytes) -> Answer {
+    on_sensor(&app, &headers, Task::Align(parse(&body)?)).await
+}
+
 /// Adds or removes a sensor of the chart.
 pub(super) async fn chart(State(app): State<Arc<App>>, headers: HeaderMap, body: Bytes) -> Answer {
     on_sensor(&app, &headers, Task::Chart(parse(&body)?)).await

@@ -1,5 +1,5 @@
 //! The requests of the page. All bodies and answers are JSON; an error has the document of `--json`, and for the page `texts`, or `asks`.
-//! `run`, `backup` and `restore` have the number of their sensor in a header, and are refused if it is not the one that is connected. A tab
+//! `run`, `align`, `backup` and `restore` have the number of their sensor in a header, and are refused if it is not the one that is connected. A tab
 //! gives its name in a header, and is refused to act while another tab is in charge.
 //!
 //! | request | body | does |
@@ -14,6 +14,7 @@
 //! | `POST /api/scan` | `{"port": .., "active": false}` | finds sensors |
 //! | `POST /api/stop` | `{}` | stops the running command |
 //! | `POST /api/run` | `"save"`, `{"zero": {"axis": "x"}}` | a command on the sensor |
+//! | `POST /api/align` | `{"save": true}` | the offset of the mounting, with the questions `turn` and `align` |
 //! | `POST /api/samples` | `{"perSecond": 200}` | the samples per second |
 //! | `POST /api/chart` | `{"add": {"protocol": .., "address": ..}}`, `{"remove": 2}` | the sensors in the chart beside the connected one |
 //! | `POST /api/transmit` | `{"add": {"frame": "181#0102", "every": 100}}`, `{"start": 1}`, `{"replay": {"text": .., ..}}` | the transmit list, and the replay of a log |
@@ -143,6 +144,7 @@ pub fn router(app: App) -> Router {
         .route("/scan", post(bus::scan))
         .route("/stop", post(bus::stop))
         .route("/run", post(bus::run))
+        .route("/align", post(bus::align))
         .route("/samples", post(bus::samples))
         .route("/chart", post(bus::chart))
         .route(

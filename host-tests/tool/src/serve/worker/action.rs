@@ -31,6 +31,14 @@ impl<'a> Answers<'a> {
         }
     }
 
+    /// Yes to all questions: the page has asked before the request.
+    pub(super) fn all() -> Self {
+        Self {
+            names: &[Name::All],
+            ..Self::default()
+        }
+    }
+
     /// The questions that have no yes. The page asks the user, and repeats the request with each yes.
     pub(super) fn asked(&self) -> Vec<Question> {
         self.asked.borrow().clone()

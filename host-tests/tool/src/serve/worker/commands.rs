@@ -5,14 +5,15 @@ use super::{Live, State, Worker};
 use crate::error::{Asks, Error, FileError, PageError, RequestError, SensorError};
 use crate::identify;
 use crate::labels::Labels;
+use crate::ops::align::Measured;
 use crate::ops::report::{Adjusted, Values};
 use crate::ops::{self, Report, Request};
 use crate::output::Terminal;
-use crate::question::{Name, Question};
+use crate::question::Question;
 use crate::scan;
 use crate::serve::api::file::document;
 use crate::serve::events::Kind;
-use crate::serve::job::Scan;
+use crate::serve::job::{Align, Scan};
 use crate::serve::line::{self, Words};
 use crate::sheet::Address;
 use plumbline::param::DataType;
@@ -23,10 +24,14 @@ use texts::Kind as Refusal;
 impl Worker {
     /// Reads all settings into a file.
     pub(super) fn backup(&mut self) -> Result<Value, Error> {
-        let read = self.on_sensor(words(["backup", "FILE.toml"]), |live, terminal| {
-            identify::same(&mut live.session, &live.found)?;
-            ops::backup::read(&mut live.session, &live.found, terminal)
-        });
+        let read = self.on_sensor(
+            words(["backup", "FILE.toml"]),
+            &Answers::all(),
+            |live, terminal| {
+                identify::same(&mut live.session, &live.found)?;
+                ops::backup::read(&mut live.session, &live.found, terminal)
+            },
+        );
         self.follow(&read)?;
         Ok(document(&read?, &self.sheets))
     }
@@ -73,7 +78,7 @@ impl Worker {
     pub(super) fn perform(&mut self, request: &Request) -> Result<Value, Error> {
         let config = self.config.clone();
         let mut done = None;
-        let result = self.on_sensor(request.words(), |live, terminal| {
+        let result = self.on_sensor(request.words(), &Answers::all(), |live, terminal| {
             let next = match request {
                 Request::Restart => ops::rate::next_target(&mut live.session).ok(),
                 _ => None,
@@ -142,6 +147,38 @@ impl Worker {
             })
     }
 
+    /// Makes the offset of the mounting zero. A question without a yes goes back to the page, and what was measured is kept for its answer.
+    pub(super) fn align(&mut self, wanted: &Align) -> Result<Value, Error> {
+        let mut measured = std::mem::take(&mut self.measured);
+        if wanted.yes.is_empty() {
+            measured = Measured::default();
+        }
+        let mut shown = words(["align"]);
+        if wanted.save {
+            shown.push("--save".to_owned());
+        }
+        let answers = Answers::new(&wanted.yes, &[]);
+        let result = self.on_sensor(shown, &answers, |live, terminal| {
+            let (session, found) = (&mut live.session, &live.found);
+            identify::same(session, found)?;
+            let how = (&mut measured, wanted.save);
+            answers.instead(ops::align::align(session, found, how, terminal))
+        });
+        self.follow(&result)?;
+        match result {
+            Ok(aligned) => {
+                self.note_aligned(&aligned);
+                Ok(json!(aligned))
+            }
+            Err(failure) => {
+                if !failure.questions().is_empty() {
+                    self.measured = measured;
+                }
+                Err(failure)
+            }
+        }
+    }
+
     /// Shows the values that an operation has read.
     fn take(&mut self, values: Values) {
         if let State::Active(live) = &mut self.state {
@@ -202,7 +239,7 @@ impl Worker {
             return Err(RequestError::NoName.into());
         }
         let config = self.config.clone();
-        let result = self.on_sensor(shown, |live, terminal| {
+        let result = self.on_sensor(shown, &Answers::all(), |live, terminal| {
             let (session, found) = (&mut live.session, &live.found);
             identify::same(session, found)?;
             let (document, name) =
@@ -230,15 +267,14 @@ impl Worker {
     fn on_sensor<T>(
         &mut self,
         words: Words,
+        answers: &Answers,
         run: impl FnOnce(&mut Live, &mut Terminal) -> Result<T, Error>,
     ) -> Result<T, Error> {
         let State::Active(_) = &self.state else {
             return Err(PageError::NotConnected.into());
         };
         let shown = [self.selection.clone(), words].concat();
-        // The page has asked already.
-        let answers = Answers::new(&[], &[Name::All]);
-        let result = self.action(&shown, &answers, |worker, terminal| {
+        let result = self.action(&shown, answers, |worker, terminal| {
             let State::Active(live) = &mut worker.state else {
                 unreachable!("it is connected");
             };

@@ -94,6 +94,27 @@ fn align_of_every_product_makes_the_offset_of_the_mounting_zero() {
 }
 
 #[test]
+fn align_in_j1939_makes_the_offset_of_the_mounting_zero() {
+    let mut rig = placed("ims360", mounted(false));
+    let other = rig.bus.borrow_mut().adapter();
+    rig.bus.borrow_mut().open(other, None, false);
+    rig.done("--node 50 raw 3100:1=01");
+    rig.done("--node 50 save");
+    rig.done("--node 50 restart");
+    rig.run(1000);
+    let report = aligned(&mut rig, || mounted(true));
+    let angles = report["angles"].as_array().expect("angles");
+    for (angle, [mounting, surface]) in angles.iter().zip([[1.0, 2.0], [-0.5, 1.5]]) {
+        for (name, expected) in [("mounting", mounting), ("surface", surface)] {
+            let wrong = angle[name].as_f64().unwrap() - expected;
+            assert!(wrong.abs() < 0.06, "{name}: {report}");
+        }
+    }
+    let offset = number(&rig.json("get zero-x"), "zero-x");
+    assert!((offset + 1.0).abs() < 0.06, "{offset}: {report}");
+}
+
+#[test]
 fn align_of_a_full_turn_counts_over_0_deg() {
     for (product, name) in [("is1", "angle"), ("tiltix360", "slope-long16")] {
         let mut rig = placed(product, turned_about_z(2.0));

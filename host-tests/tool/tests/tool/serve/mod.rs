@@ -1,6 +1,7 @@
 //! The server of the page over TCP, without a browser.
 
 mod adapter;
+mod align;
 pub mod api;
 mod calibrate;
 pub mod client;

@@ -1,0 +1,145 @@
+//! The offset of the mounting by the requests of the page: each question ends a request, and the next one has its yes.
+
+use crate::bus::rig::{Rig, tilt};
+use crate::serve::client::Running;
+use adapter::bench::BenchAdapter;
+use adapter::{Adapter, AdapterError, Capabilities, Mode};
+use plumbline::can::{BitRate, Frame};
+use plumbline::time::Instant;
+use serde_json::{Value, json};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread;
+use std::time::Duration;
+
+/// How much faster the time of the bus passes than that of the computer.
+const SPEEDUP: u64 = 20;
+
+/// An adapter on a bus with a sensor that somebody turns: it is mounted with X = 1 deg and Y = -0.5 deg, on a surface with X = 2 deg.
+struct Mounted {
+    adapter: BenchAdapter,
+    rig: Rig,
+    is_turned: Arc<AtomicBool>,
+}
+
+impl Adapter for Mounted {
+    fn capabilities(&self) -> Capabilities {
+        self.adapter.capabilities()
+    }
+
+    fn open(&mut self, rate: Option<BitRate>, mode: Mode) -> Result<(), AdapterError> {
+        self.adapter.open(rate, mode)
+    }
+
+    fn close(&mut self) {
+        self.adapter.close();
+    }
+
+    fn send(&mut self, frame: &Frame) -> Result<(), AdapterError> {
+        self.adapter.send(frame)
+    }
+
+    fn receive(&mut self, until: Instant) -> Result<Option<(Instant, Frame)>, AdapterError> {
+        let sign = match self.is_turned.load(Ordering::Relaxed) {
+            true => -1.0,
+            false => 1.0,
+        };
+        let id = self.rig.first();
+        let motion = tilt(1.0 + sign * 2.0, -0.5);
+        self.rig.bus.borrow_mut().device_mut(id).set_motion(motion);
+        let start = self.now();
+        let received = self.adapter.receive(until)?;
+        // Leaves the processor to others. No assertion depends on this pause.
+        let passed = self.now().ticks() - start.ticks();
+        thread::sleep(Duration::from_micros(passed / SPEEDUP));
+        Ok(received)
+    }
+
+    fn now(&self) -> Instant {
+        self.adapter.now()
+    }
+
+    fn errors(&mut self) -> Option<u64> {
+        self.adapter.errors()
+    }
+}
+
+/// A server that is connected to the sensor, and the switch that turns it.
+fn mounted() -> (Running, Arc<AtomicBool>) {
+    let is_turned = Arc::new(AtomicBool::new(false));
+    let own = is_turned.clone();
+    let server = Running::with(Box::new(move |_| {
+        let mut rig = Rig::with("is2");
+        let id = rig.first();
+        rig.bus
+            .borrow_mut()
+            .device_mut(id)
+            .set_motion(tilt(3.0, -0.5));
+        rig.run(3000);
+        Ok(Box::new(Mounted {
+            adapter: BenchAdapter::new(&rig.bus),
+            rig,
+            is_turned: own.clone(),
+        }))
+    }));
+    let wanted = json!({"port": "bench", "mode": "active", "rate": 125, "protocol": "fsc", "address": "300"});
+    let answer = server.post("/api/connect", &wanted.to_string());
+    assert_eq!(answer.status, 200, "{answer:?}");
+    (server, is_turned)
+}
+
+/// The question of the request with these answers, with its texts.
+#[track_caller]
+fn asked(server: &Running, yes: &[Value]) -> (Value, Value) {
+    let answer = server.post("/api/align", &json!({"yes": yes}).to_string());
+    assert_eq!(answer.code(), "asks");
+    let asks = &answer.json()["asks"][0];
+    (asks["question"].clone(), asks["texts"].clone())
+}
+
+#[test]
+fn align_by_two_answers_makes_the_offset_of_the_mounting_zero() {
+    let (server, is_turned) = mounted();
+    let (turn, texts) = asked(&server, &[]);
+    assert_eq!(turn["id"], "turn");
+    for (language, start) in [
+        ("en", "angle-x 3.00 deg, spread 0.00 deg; angle-y -0.50 deg"),
+        ("de", "angle-x 3,00 deg, Spanne 0,00 deg; angle-y -0,50 deg"),
+    ] {
+        let text = texts[language].as_str().unwrap();
+        assert!(text.starts_with(start), "{text}");
+    }
+    is_turned.store(true, Ordering::Relaxed);
+    // Each question measures nothing anew: the angles of the first position are those of the turned sensor now.
+    let yes = [turn.clone()];
+    let (zero, texts) = asked(&server, &yes);
+    assert_eq!(zero["id"], "align");
+    let text = texts["de"].as_str().unwrap();
+    assert!(text.contains("Montage 1,00 deg, Fläche 2,00 deg"), "{text}");
+    let read = json!({"get": {"names": ["zero-x"]}}).to_string();
+    assert_eq!(
+        server.post("/api/run", &read).json()["zero-x"]["value"],
+        0.0
+    );
+    let mut tab = server.tab();
+    let body = json!({"yes": [turn, zero]}).to_string();
+    let report = server.post("/api/align", &body).json();
+    assert_eq!(report["offsets"]["zero-x"]["value"], -1.0, "{report}");
+    let status = tab.wait("status", |status| status["unsaved"] != json!([]));
+    assert_eq!(status["unsaved"], json!(["zero-x", "zero-y"]));
+}
+
+#[test]
+fn answer_to_a_question_of_another_measurement_measures_again() {
+    let (server, is_turned) = mounted();
+    let (turn, _) = asked(&server, &[]);
+    is_turned.store(true, Ordering::Relaxed);
+    // A new request forgets what was measured before.
+    let (other, _) = asked(&server, &[]);
+    assert_ne!(other, turn);
+    assert_eq!(asked(&server, &[turn]).0, other);
+    let sensor = server.post_for(Some(99), "/api/align", r#"{"save":true}"#);
+    assert_eq!(sensor.code(), "sensor-changed");
+    assert_eq!(server.post("/api/disconnect", "{}").status, 200);
+    assert_eq!(server.post("/api/align", "{}").code(), "not-connected");
+}
