@@ -194,6 +194,7 @@ fn remembered(
     memory: &Memory,
     terminal: &mut Terminal,
 ) -> Result<Option<Traffic>, Error> {
+    terminal.note(&Note::Listens);
     let schedule = Schedule::of(&RATES.map(Some), false);
     match memory.listen(link, &schedule, terminal) {
         Err(failure) if failure.lacks_listen_only() => Err(RequestError::ListenRate.into()),

@@ -42,6 +42,8 @@ texts! {
         NotLabelled(failure: Error) = "the label in the file was not taken over: {failure}", "der Name in der Datei wurde nicht übernommen: {failure}";
         Here(sensor: String) = "{sensor}", "{sensor}";
         LastCommand(options: String) = "as in the last command: {options}", "wie im letzten Befehl: {options}";
+        Listens = "the bit rate is not sure: the tool listens at all bit rates, for 13 s at most",
+            "die Bitrate ist nicht sicher: Das Programm hört mit allen Bitraten, höchstens 13 s lang";
         Searches = "nobody answers there: the tool searches as without the last command",
             "dort antwortet niemand: Das Programm sucht wie ohne den letzten Befehl";
         FoundNow(line: String) = "this line finds the sensor now: {line}", "diese Zeile findet den Sensor jetzt: {line}";

@@ -387,7 +387,7 @@ fn every_command_line_of_the_document_works() {
             continue;
         }
         // The log needs a board and a probe.
-        if line.contains(" -- cargo") {
+        if line.contains(" -- probe-rs") {
             continue;
         }
         let mut command = Command::new(env!("CARGO_BIN_EXE_plumbline"));
