@@ -64,6 +64,21 @@ impl<S: Slot> Update<S> {
         &self.program
     }
 
+    /// Its slot.
+    pub fn slot(&self) -> &S {
+        &self.slot
+    }
+
+    /// Its slot, to change it.
+    pub fn slot_mut(&mut self) -> &mut S {
+        &mut self.slot
+    }
+
+    /// Its slot, to start the program.
+    pub fn into_slot(self) -> S {
+        self.slot
+    }
+
     /// Whether the client has commanded a restart, once. The driver performs it when the reply is sent. Then the bootloader starts the
     /// program.
     pub fn take_restart(&mut self) -> bool {

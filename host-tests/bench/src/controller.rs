@@ -80,6 +80,19 @@ impl Controller {
         }
     }
 
+    /// Changes to this mode. The frames in the mailboxes are dropped, a frame that is being sent is completed. Earlier frames and errors are
+    /// dropped, the error counters stay.
+    pub(super) fn begin(&mut self, mode: BusMode, rate: BitRate, filters: Vec<Filter>) {
+        self.setting = Some((mode, rate));
+        self.changing = true;
+        self.filters = filters;
+        self.mailboxes.clear();
+        self.fifo.clear();
+        self.free = None;
+        self.events.retain(|event| *event != BusEvent::Error);
+        self.join(picoseconds(self.now));
+    }
+
     pub(super) fn mode(&self) -> Option<BusMode> {
         self.setting.map(|(mode, _)| mode)
     }
@@ -199,17 +212,8 @@ fn list(filters: Filters<'_>) -> Vec<Filter> {
 }
 
 impl driver::Controller for Controller {
-    /// The frames in the mailboxes are dropped, a frame that is being sent is completed. Earlier frames and errors are dropped, the error
-    /// counters stay.
     fn open(&mut self, mode: BusMode, rate: BitRate, filters: Filters<'_>) {
-        self.setting = Some((mode, rate));
-        self.changing = true;
-        self.filters = list(filters);
-        self.mailboxes.clear();
-        self.fifo.clear();
-        self.free = None;
-        self.events.retain(|event| *event != BusEvent::Error);
-        self.join(picoseconds(self.now));
+        self.begin(mode, rate, list(filters));
     }
 
     fn change(&mut self) -> Change {

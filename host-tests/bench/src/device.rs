@@ -18,15 +18,16 @@ use plumbline::measure::self_test::Working;
 use plumbline::measure::{Reading, SAMPLE_PERIOD};
 use plumbline::node::driver::{Driver, OneThread};
 use plumbline::node::{Boot, BusEvent, BusMode, Leds, Node, Readout};
-use plumbline::store::Store;
+use plumbline::store::{ImageId, Store};
 use plumbline::time::{Duration, Instant, after, earlier, millis, reached};
+use plumbline::update::Contact;
 use std::collections::VecDeque;
 
 /// Time to program a half-word of flash.
-const PROGRAM_TIME: Duration = Duration::from_ticks(52);
+pub(super) const PROGRAM_TIME: Duration = Duration::from_ticks(52);
 
 /// Time to erase a page of flash.
-const ERASE_TIME: Duration = millis(30);
+pub(super) const ERASE_TIME: Duration = millis(30);
 
 /// The test fails if the node needs more than this number of turns at one time.
 const TURNS_MAX: usize = 1000;
@@ -44,6 +45,10 @@ pub struct Device {
     boots: u32,
     /// What the node keeps over its restart; 0 before power-up.
     kept: u32,
+    /// The CRC of the program; None: there is no bootloader.
+    program: Option<u32>,
+    /// The program has asked its bootloader for an update, and is off.
+    contact: Option<Contact>,
     led_history: LedHistory,
 }
 
@@ -89,6 +94,8 @@ impl Device {
             power: None,
             boots: 0,
             kept: 0,
+            program: None,
+            contact: None,
             led_history: LedHistory::default(),
         }
     }
@@ -99,6 +106,21 @@ impl Device {
             accelerometer: Accelerometer::new(deviation),
             ..self
         }
+    }
+
+    /// Its next start is that of the program with this CRC behind a bootloader.
+    pub(super) fn set_program(&mut self, crc: u32) {
+        self.program = Some(crc);
+    }
+
+    /// How the bootloader is reached, if the program has asked it for an update since the last call.
+    pub(super) fn take_contact(&mut self) -> Option<Contact> {
+        self.contact.take()
+    }
+
+    /// The product of its program.
+    pub(super) fn image(&self) -> ImageId {
+        self.node_type.image
     }
 
     /// True while the device terminates the bus.
@@ -135,6 +157,10 @@ impl Device {
                 led_history: &mut self.led_history,
             };
             let more = power.driver.turn(&mut board);
+            if let Some(contact) = power.hardware.contact {
+                self.contact = Some(contact);
+                return self.power_off(now);
+            }
             if let Some(kept) = power.hardware.restart.take() {
                 self.kept = kept;
                 return self.power_cycle(now);
@@ -297,6 +323,7 @@ impl Sensor for Device {
         let kept = core::mem::take(&mut self.kept);
         let mut boot = Boot {
             kept,
+            program: self.program,
             ..self.store.boot()
         };
         boot.fit(Part::Ism330dhcx);

@@ -7,6 +7,7 @@ use plumbline::node::Leds;
 use plumbline::node::driver::{Output, Platform};
 use plumbline::store::{Store, StoreError};
 use plumbline::time::{Duration, Instant, after, millis};
+use plumbline::update::Contact;
 use std::collections::VecDeque;
 
 /// Duration of the accelerometer self-test.
@@ -45,6 +46,8 @@ pub(super) struct Hardware {
     pub(super) heater: u16,
     /// The device restarts, with what the node keeps.
     pub(super) restart: Option<u32>,
+    /// The restart is that into the bootloader.
+    pub(super) contact: Option<Contact>,
 }
 
 /// The hardware with the parts that outlast a power-down.
@@ -56,6 +59,8 @@ pub(super) struct Board<'a> {
 }
 
 impl Platform for Board<'_> {
+    const HAS_BOOTLOADER: bool = true;
+
     fn perform(&mut self, output: Output) {
         let hardware = &mut *self.hardware;
         match output {
@@ -81,5 +86,9 @@ impl Platform for Board<'_> {
 
     fn restart(&mut self, kept: u32) {
         self.hardware.restart = Some(kept);
+    }
+
+    fn update(&mut self, contact: &Contact) {
+        self.hardware.contact = Some(*contact);
     }
 }

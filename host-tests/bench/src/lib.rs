@@ -2,6 +2,7 @@
 //!
 //! - [`Flash`]: the microcontroller's flash, with a power-cut fuse and faults
 //! - [`Device`]: one sensor: node, store, motion and CAN controller, driven as the firmware's main loop drives them
+//! - [`Updatable`]: a device behind the bootloader of the core
 //! - [`Sensor`]: the interface between the bus and a sensor, for a [`Device`] or a simulated microcontroller
 //! - [`Bus`]: the wire with its devices and adapters, accurate to the bit
 //! - [`NodeType`]: the type of a sensor: its node and the owner of the records in its memory
@@ -34,6 +35,7 @@ pub mod script;
 mod sensor;
 pub mod stage;
 pub mod thermal;
+mod updatable;
 
 pub use bit_rate::bit_rate;
 pub use bus::{AdapterId, Bus, BusRate, DeviceId, Logged, Source};
@@ -42,3 +44,4 @@ pub use flash::{Flash, FlashError, Geometry, PAGE_SIZE};
 pub use node_type::{NodeType, STORE_BUFFER, Starts};
 pub use receive_pin::ReceivePin;
 pub use sensor::Sensor;
+pub use updatable::Updatable;

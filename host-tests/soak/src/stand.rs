@@ -1,18 +1,24 @@
 //! A bus with one sensor and two masters, in virtual time.
 
-use crate::Failure;
+use crate::random::Random;
+use crate::{Failure, program};
 use adapter::Mode;
 use adapter::bench::{BenchAdapter, SharedBus};
 use bench::motion::Motion;
 use bench::scene::Axes;
-use bench::{AdapterId, Bus, BusRate, Device, DeviceId, Flash, Geometry, NodeType};
+use bench::{AdapterId, Bus, BusRate, Device, DeviceId, Flash, Geometry, NodeType, Updatable};
 use plumbline::can::Frame;
 use plumbline::model::catalog::{self, PRODUCTS, Product};
 use plumbline::time::{Duration, Instant, after, millis};
+use plumbline::update::header::{COMMIT, PLACE, SIZE};
 use plumbline_tool::error::Error;
+use plumbline_tool::image::ImageFile;
 use plumbline_tool::link::Link;
 use plumbline_tool::master::{Protocol, Target, factory_target};
+use plumbline_tool::ops::update;
+use plumbline_tool::output::Terminal;
 use plumbline_tool::session::Session;
+use std::any::Any;
 use std::cell::RefCell;
 use std::rc::Rc;
 
@@ -59,14 +65,16 @@ pub struct Stand {
     stranger: AdapterId,
     /// The sensor was switched to its second protocol.
     is_switched: bool,
+    /// Its program.
+    pub program: ImageFile,
 }
 
 impl Stand {
-    /// A new sensor of this kind, which answers.
+    /// A new sensor of this kind with a random program, which answers.
     ///
     /// # Errors
     /// It does not answer, or cannot be switched to its second protocol.
-    pub fn new(kind: &str) -> Result<Self, Failure> {
+    pub fn new(kind: &str, random: &mut Random) -> Result<Self, Failure> {
         let name = kind.strip_suffix(J1939).unwrap_or(kind);
         let product = catalog::find(name).ok_or_else(|| Failure::Kind(kind.to_owned()))?;
         let target = factory_target(product).ok_or_else(|| Failure::Kind(kind.to_owned()))?;
@@ -75,7 +83,8 @@ impl Stand {
         let mut bus = Bus::new(BusRate::Follow);
         let flash = Flash::blank(Geometry::STM32F103);
         let device = Device::new(&node_type, SERIAL, flash, Box::new(bench::script::LEVEL));
-        let device = bus.attach(device);
+        let program = program::any(random, product);
+        let device = bus.attach(Updatable::new(device, &program.bytes));
         let stranger = bus.adapter();
         bus.open(stranger, None, false);
         let bus = Rc::new(RefCell::new(bus));
@@ -91,6 +100,7 @@ impl Stand {
             turn: 0,
             stranger,
             is_switched: kind != name,
+            program,
         };
         stand.return_to_protocol()?;
         Ok(stand)
@@ -229,6 +239,59 @@ impl Stand {
     /// Changes the memory of the sensor.
     pub fn flash<T>(&mut self, change: impl FnOnce(&mut Flash) -> T) -> T {
         change(self.bus.borrow_mut().device_mut(self.device).flash())
+    }
+
+    /// The sensor with its bootloader.
+    fn updatable<T>(&mut self, run: impl FnOnce(&mut Updatable) -> T) -> T {
+        let mut bus = self.bus.borrow_mut();
+        let sensor: &mut dyn Any = bus.device_mut(self.device);
+        run(sensor.downcast_mut().expect("the sensor of the stand"))
+    }
+
+    /// Changes the memory of the program.
+    pub fn program_flash<T>(&mut self, change: impl FnOnce(&mut Flash) -> T) -> T {
+        self.updatable(|sensor| change(sensor.program_flash()))
+    }
+
+    /// Whether each byte of a program is in its memory.
+    pub fn has_program(&mut self, image: &ImageFile) -> bool {
+        let (header, body) = image.bytes.split_at(SIZE);
+        self.program_flash(|flash| {
+            let is_there = |from: usize, bytes: &[u8]| flash.bytes()[from..].starts_with(bytes);
+            is_there(0, &body[..PLACE])
+                && is_there(PLACE, &header[..COMMIT - PLACE])
+                && is_there(PLACE + SIZE, &body[PLACE + SIZE..])
+        })
+    }
+
+    /// Whether the sensor waits in its bootloader.
+    pub fn is_in_bootloader(&mut self) -> bool {
+        self.updatable(|sensor| sensor.is_in_bootloader())
+    }
+
+    /// Replaces the program of the sensor, which can wait in its bootloader.
+    ///
+    /// # Errors
+    /// The sensor refuses, or does not answer.
+    pub fn load(&mut self, image: &ImageFile) -> Result<(), Error> {
+        let is_running = !self.is_in_bootloader();
+        let session = self.master();
+        if is_running {
+            update::check(session, image)?;
+            update::enter(session)?;
+        }
+        let (mut out, mut notes) = (Vec::new(), Vec::new());
+        let mut terminal = Terminal {
+            json: false,
+            out: &mut out,
+            notes: &mut notes,
+            confirm: &mut |_| false,
+            yes: &[],
+            stopped: Rc::new(|| false),
+            bar: None,
+        };
+        let target = session.target;
+        update::load(session, target, image, true, &mut terminal)
     }
 
     /// The last frames on the bus, each with its time in seconds.

@@ -20,6 +20,8 @@ pub enum Step {
     PowerCycle,
     /// The supply fails in a save.
     PowerCut,
+    /// The program is replaced over the bus, most times with a power cut.
+    Update,
     /// The memory cannot be programmed or erased during a save.
     BadMemory,
     /// The bus is disturbed.
@@ -37,14 +39,15 @@ pub enum Step {
 }
 
 /// How often each step happens, of 100.
-const WEIGHTS: [(Step, u32); 14] = [
-    (Step::Read, 20),
+const WEIGHTS: [(Step, u32); 15] = [
+    (Step::Read, 17),
     (Step::Write, 30),
     (Step::Save, 8),
     (Step::Restart, 4),
     (Step::Load, 2),
     (Step::PowerCycle, 5),
     (Step::PowerCut, 6),
+    (Step::Update, 3),
     (Step::BadMemory, 2),
     (Step::BusFault, 5),
     (Step::Strangers, 5),

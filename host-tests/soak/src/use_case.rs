@@ -3,7 +3,7 @@
 use crate::settings::Settings;
 use crate::stand::Stand;
 use crate::step::{Counts, Step};
-use crate::{Failure, motion, random::Random};
+use crate::{Failure, motion, program, random::Random};
 use plumbline::can::{Frame, extended, standard};
 use plumbline::node::BusState;
 use plumbline::time::{Duration, millis};
@@ -39,12 +39,13 @@ impl UseCase {
     /// # Errors
     /// It does not answer.
     pub fn new(kind: &str, seed: u64) -> Result<Self, Failure> {
-        let mut stand = Stand::new(kind)?;
+        let mut random = Random::new(seed);
+        let mut stand = Stand::new(kind, &mut random)?;
         let settings = Settings::of(stand.master())?;
         stand.master().release()?;
         Ok(Self {
             stand,
-            random: Random::new(seed),
+            random,
             settings,
             counts: Counts::default(),
             is_verbose: false,
@@ -84,6 +85,7 @@ impl UseCase {
             Step::Load => self.load(),
             Step::PowerCycle => self.power_cycle(),
             Step::PowerCut => self.power_cut(),
+            Step::Update => self.update(),
             Step::BadMemory => self.bad_memory(),
             Step::BusFault => self.bus_fault(),
             Step::Strangers => self.strangers(),
@@ -218,6 +220,55 @@ impl UseCase {
             self.settings.stored.push(self.settings.now.clone());
         }
         self.stand.power_cycle()?;
+        self.started()
+    }
+
+    /// Replaces the program, in two of three cases with a power cut in an operation of its memory. Then the sensor has the old or the new
+    /// program, or its bootloader takes the next one.
+    fn update(&mut self) -> Result<(), Failure> {
+        self.stand.wait(STORES)?;
+        let product = self.stand.master().sheet.product;
+        let image = program::any(&mut self.random, product);
+        if self.random.below(3) > 0 {
+            let operations = image.bytes.len() as u32 / 2 + 100;
+            let (others, seed) = (self.random.below(operations), self.random.number());
+            self.stand
+                .program_flash(|flash| flash.cut_in_operation_after(others.into(), seed.into()));
+            if self.is_verbose {
+                println!("  cut after {others} of about {operations} operations");
+            }
+        }
+        let loaded = self.stand.load(&image);
+        let is_cut = self.stand.program_flash(|flash| {
+            let is_cut = flash.is_cut();
+            flash.power_on();
+            is_cut
+        });
+        let mut right = vec![image];
+        if is_cut {
+            right.push(self.stand.program.clone());
+            self.stand.bus.borrow_mut().power_cycle(self.stand.device);
+            if self.stand.is_in_bootloader() {
+                let next = program::any(&mut self.random, product);
+                self.stand.load(&next)?;
+                right = vec![next];
+            }
+        } else {
+            loaded?;
+        }
+        self.stand.wait_for_start()?;
+        let session = self.stand.master();
+        let target = session.target;
+        let read = target.program(session)?;
+        let mut programs = right.iter();
+        let program = programs.find(|image| read == Some(image.header.body()));
+        match program.filter(|image| self.stand.has_program(image)) {
+            Some(image) => self.stand.program = image.clone(),
+            None => {
+                let right = right.iter().map(|image| image.header.body()).collect();
+                return Err(Failure::Program { read, right });
+            }
+        }
         self.started()
     }
 

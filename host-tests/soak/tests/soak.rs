@@ -10,6 +10,7 @@ const STEPS: u32 = 150;
 
 #[test]
 fn each_sensor_in_random_use_answers_and_keeps_its_settings() {
+    let mut updates = 0;
     for kind in kinds() {
         let mut sensor =
             UseCase::new(&kind, 7).unwrap_or_else(|failure| panic!("{kind}: {failure}"));
@@ -24,7 +25,9 @@ fn each_sensor_in_random_use_answers_and_keeps_its_settings() {
             "{kind}: {}",
             sensor.counts
         );
+        updates += sensor.counts.of(Step::Update);
     }
+    assert!(updates > 20, "{updates}");
 }
 
 #[test]

@@ -21,7 +21,7 @@ mod rest;
 pub(crate) mod restore;
 pub(crate) mod set;
 pub(crate) mod transmit;
-pub(crate) mod update;
+pub mod update;
 
 use crate::error::Error;
 use crate::identify::{self, Found};

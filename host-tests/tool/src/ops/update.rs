@@ -45,7 +45,7 @@ const ABSENT: [u16; 3] = [0x1008, 0x100A, 0x1017];
 
 /// What an update has found.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub(crate) enum Before {
+pub enum Before {
     /// The program of the file runs already.
     Same,
     /// Another program runs.
@@ -55,7 +55,10 @@ pub(crate) enum Before {
 }
 
 /// Checks that the file is for the sensor, and what runs in it.
-pub(crate) fn check(session: &mut Session, image: &ImageFile) -> Result<Before, Error> {
+///
+/// # Errors
+/// The file is for another product, there is no bootloader, or nobody answers.
+pub fn check(session: &mut Session, image: &ImageFile) -> Result<Before, Error> {
     let product = session.sheet.product;
     if product.image.number() != image.header.product() {
         return Err(RequestError::ImageProduct(image.product(), product.name).into());
@@ -71,8 +74,11 @@ pub(crate) fn check(session: &mut Session, image: &ImageFile) -> Result<Before, 
     }
 }
 
-/// Restarts the sensor into its bootloader. Refused if its address or its bit rate is another one after a restart.
-pub(crate) fn enter(session: &mut Session) -> Result<(), Error> {
+/// Restarts the sensor into its bootloader.
+///
+/// # Errors
+/// Its address or its bit rate is another one after a restart, it refuses, or does not answer.
+pub fn enter(session: &mut Session) -> Result<(), Error> {
     let target = session.target;
     let rate = session.link.rate();
     let moves = rate::next_target(session).is_ok_and(|next| !next.is_at(target))
@@ -86,7 +92,10 @@ pub(crate) fn enter(session: &mut Session) -> Result<(), Error> {
 }
 
 /// Loads the file over the bootloader at this address, starts it, and waits until it runs.
-pub(crate) fn load(
+///
+/// # Errors
+/// The bootloader refuses the file, or does not answer, or the program does not start.
+pub fn load(
     session: &mut Session,
     via: Target,
     image: &ImageFile,
