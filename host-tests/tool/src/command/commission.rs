@@ -23,14 +23,15 @@ pub(super) fn run(
     bus: &mut Bus,
     terminal: &mut Terminal,
 ) -> Result<(), Error> {
-    let content = Plan::read(plan)?;
+    let rate = bus.options.rate.filter(|_| bus.is_rate_given);
+    let content = Plan::read(plan, rate)?;
     let mut state = State::beside(plan, &content)?;
     let mut labels = Labels::open(bus.options.config.as_deref())?;
     if let Some(report) = report {
         replaced(report, terminal)?;
     }
     let wish = Wish {
-        rate: bus.options.rate.filter(|_| bus.is_rate_given),
+        rate,
         wait: Duration::from_ticks(u64::from(wait) * 1_000_000),
     };
     let link = Link::new(bus.adapter()?, &terminal.stopped);

@@ -114,8 +114,8 @@ texts! {
             "dieser Sensor bekommt dieselbe Adresse wie {other}: Geben Sie ihm eine andere, oder schreiben Sie oben alone = true, wenn jeder Sensor ausgeschaltet wird, bevor der nächste eingeschaltet wird";
         AddressDelivered(other: String) = "{other}, which is before this sensor, has the address that this sensor has as delivered: give {other} another address or put it last, or write alone = true at the top",
             "{other} steht davor und hat die Adresse, die dieser Sensor bei der Lieferung hat: Geben Sie {other} eine andere, oder stellen Sie ihn ans Ende, oder schreiben Sie oben alone = true";
-        RateOnBus(name: String) = "{name} gets another bit rate than the sensors as delivered, with which it shares the bus: write alone = true at the top and switch each sensor off before the next one is switched on",
-            "{name} bekommt eine andere Bitrate als die gelieferten Sensoren am selben Bus: Schreiben Sie oben alone = true, und schalten Sie jeden Sensor aus, bevor der nächste eingeschaltet wird";
+        RateOnBus(name: String) = "{name} gets another bit rate than the bus, which it shares with other sensors: write alone = true at the top and switch each sensor off before the next one is switched on",
+            "{name} bekommt eine andere Bitrate als der Bus, an dem auch andere Sensoren sind: Schreiben Sie oben alone = true, und schalten Sie jeden Sensor aus, bevor der nächste eingeschaltet wird";
         ZeroTwice(name: String) = "zero = true sets {name} too: leave out one of both", "zero = true setzt {name} auch: Lassen Sie eines von beiden weg";
         NoFastscan(product: &'static str) = "{product} has no fastscan by LSS: leave out find, and switch the sensors on one after the other",
             "{product} hat keinen Fastscan durch LSS: Lassen Sie find weg, und schalten Sie die Sensoren nacheinander ein";

@@ -65,11 +65,11 @@ pub(crate) fn commission(
     let mut link = link;
     let is_done = |state: &State, item: &Item| state.row(&item.name).is_some_and(|row| row.done);
     while let Some(first) = plan.sensors.iter().find(|item| !is_done(state, item)) {
-        let product = first.settings.sheet.product;
+        let product = first.product();
         let waiting: Vec<&Item> = plan
             .sensors
             .iter()
-            .filter(|item| !is_done(state, item) && item.is_of(product) && item.find == first.find)
+            .filter(|item| !is_done(state, item) && item.is_found_as(first))
             .collect();
         let rate = wish.rate.or(factory_rate(product)).or(plan.rate());
         link.open(Some(rate.unwrap_or(DETECTED)), Mode::Active)?;
@@ -83,7 +83,7 @@ pub(crate) fn commission(
                 fastscan::next(&mut link, plan, &waiting, state, wish.wait)?
             }
         };
-        let mut session = Session::new(link, found.target, product);
+        let mut session = Session::new(link, found.target, item.product());
         let result = one(&mut session, item, found, (state, labels), terminal);
         for note in session.notes.drain(..) {
             terminal.note(&note);
@@ -122,7 +122,7 @@ fn next<'a>(
     let [first, ..] = waiting else {
         return Err(Silence::Request.into());
     };
-    let product = first.settings.sheet.product;
+    let product = first.product();
     let delivered = link.rate();
     let target = factory_target(product);
     let mut places: Vec<(Option<BitRate>, Target)> =
@@ -160,8 +160,9 @@ fn next<'a>(
             if state.is_done(&found) {
                 continue;
             }
-            let is_own = found.products.iter().any(|own| own.name == product.name);
-            if let Some(item) = chosen(waiting, state, found.serial).filter(|_| is_own) {
+            let is_own = |item: &&Item| found.products.iter().any(|own| item.is_of(own));
+            let own: Vec<&Item> = waiting.iter().copied().filter(is_own).collect();
+            if let Some(item) = chosen(&own, state, found.serial) {
                 return Ok((item, found));
             }
             let sensor = found.line(link.rate());

@@ -14,8 +14,29 @@ use plumbline::time::{Duration, after, millis};
 /// The longest time until a node has started with its new node-ID.
 const START: Duration = millis(4000);
 
-/// Waits for a sensor of the plan, and gives it its node-ID.
+/// The longest time until the frame that ends configuration mode is sent.
+const RELEASE: Duration = millis(50);
+
+/// Waits for a sensor of the plan, and gives it its node-ID. After a failure no node stays in configuration mode.
 pub(super) fn next<'a>(
+    link: &mut Link,
+    plan: &Plan,
+    waiting: &[&'a Item],
+    state: &mut State,
+    wait: Duration,
+) -> Result<(&'a Item, Found), Error> {
+    let result = scan(link, plan, waiting, state, wait);
+    if result.is_err() {
+        let was_ending = link.set_ending(true);
+        // The adapter can have failed. The frame must leave it before it is closed.
+        let released = lss::release(link);
+        let _ = released.and_then(|()| link.wait_for(RELEASE, |_| None::<()>));
+        link.set_ending(was_ending);
+    }
+    result
+}
+
+fn scan<'a>(
     link: &mut Link,
     plan: &Plan,
     waiting: &[&'a Item],
@@ -25,7 +46,7 @@ pub(super) fn next<'a>(
     let [first, ..] = waiting else {
         return Err(Silence::Request.into());
     };
-    let (rate, delivered) = (link.rate(), factory_target(first.settings.sheet.product));
+    let (rate, delivered) = (link.rate(), factory_target(first.product()));
     let until = after(link.now(), wait);
     loop {
         // One whose commissioning was interrupted has its node-ID already, and perhaps its bit rate.
@@ -51,12 +72,9 @@ pub(super) fn next<'a>(
         {
             lss::unaddress(link)?;
         }
-        let scanned = lss::find(link);
-        if !matches!(scanned, Ok(Some(_))) {
+        let Some([vendor, code, _, serial]) = lss::find(link)? else {
             // A node that fastscan has begun to select must not stay in configuration mode.
             lss::release(link)?;
-        }
-        let Some([vendor, code, _, serial]) = scanned? else {
             if link.now() >= until {
                 let seconds = wait.ticks() / 1_000_000;
                 return Err(Silence::Next(first.name.clone(), seconds).into());
@@ -72,12 +90,10 @@ pub(super) fn next<'a>(
         let item = chosen(waiting, state, Some(serial));
         let own = done.or(item).and_then(Item::target);
         let Some((node, target)) = own.and_then(|own| Some((own.node_id()?, own))) else {
-            lss::release(link)?;
             let sensor = format!("vendor {vendor:X}h, product code {code:X}h, serial {serial}");
             return Err(SensorError::NotInPlan(sensor).into());
         };
         if target.is_used(link)? {
-            lss::release(link)?;
             return Err(SensorError::AddressInUse(target.named()).into());
         }
         if let (None, Some(item)) = (done, item) {

@@ -32,6 +32,8 @@ use toml::{Spanned, Value};
 pub struct Plan {
     /// Each sensor is switched off before the next one is switched on.
     pub alone: bool,
+    /// The bit rate of the bus, which the user has selected.
+    given: Option<BitRate>,
     /// The sensors, in their order.
     pub sensors: Vec<Item>,
 }
@@ -90,24 +92,24 @@ struct Row {
 type Wrong = (usize, Fault);
 
 impl Plan {
-    /// Reads a file.
+    /// Reads a file, for a bus with this bit rate; None: the plan tells it.
     ///
     /// # Errors
     /// The file cannot be read, or is no plan: the line and the reason.
-    pub fn read(path: &Path) -> Result<Self, Error> {
+    pub fn read(path: &Path, rate: Option<BitRate>) -> Result<Self, Error> {
         let name = || path.display().to_string();
         let text = read_text(path).map_err(|unread| match unread {
             Unread::Failed(error) => FileError::PlanUnread(name(), error.to_string()),
             Unread::Unfit(why) => FileError::Plan(name(), 1, why.into()),
         })?;
-        Self::parse(&text).map_err(|(place, why)| {
+        Self::parse(&text, rate).map_err(|(place, why)| {
             let before = text.get(..place).unwrap_or_default();
             let line = before.matches('\n').count() + 1;
             FileError::Plan(name(), line, why).into()
         })
     }
 
-    fn parse(text: &str) -> Result<Self, Wrong> {
+    fn parse(text: &str, rate: Option<BitRate>) -> Result<Self, Wrong> {
         let file: File = toml::from_str(text).map_err(|error| {
             let place = error.span().map_or(0, |span| span.start);
             (place, Fault::Told(shown(error.message())))
@@ -117,8 +119,10 @@ impl Plan {
         }
         let mut plan = Self {
             alone: file.alone,
+            given: rate,
             sensors: Vec::new(),
         };
+        let mut places = Vec::new();
         for row in file.sensor {
             let place = row.span().start;
             let row = row.into_inner();
@@ -132,8 +136,8 @@ impl Plan {
                 return Err((name_at, Fault::NameTwice(item.name)));
             }
             let is_same = |other: &Item| {
-                let maker = item.settings.sheet.product.maker;
-                other.serial == item.serial && other.settings.sheet.product.maker == maker
+                let maker = item.product().maker;
+                other.serial == item.serial && other.product().maker == maker
             };
             if let (Some(at), Some(serial)) = (serial_at, item.serial)
                 && plan.sensors.iter().any(is_same)
@@ -142,15 +146,25 @@ impl Plan {
             }
             plan.check(&item).map_err(|why| (place, why))?;
             plan.sensors.push(item);
+            places.push(place);
         }
-        Ok(plan)
+        let rate = plan.rate();
+        let is_other =
+            |item: &Item| !plan.alone && item.rate().is_some_and(|own| Some(own) != rate);
+        let mut placed = plan.sensors.iter().zip(places);
+        match placed.find(|(item, _)| is_other(item)) {
+            Some((item, place)) => Err((place, Fault::RateOnBus(item.name.clone()))),
+            None => Ok(plan),
+        }
     }
 
-    /// The bit rate of the bus that the sensors share; None: each is alone, or all detect it.
+    /// The bit rate of the bus that the sensors share: the selected one, that of a sensor as delivered, or the one that sensors get that
+    /// detect it. None: each is alone, or all detect it.
     pub fn rate(&self) -> Option<BitRate> {
-        let products = self.sensors.iter().filter(|_| !self.alone);
-        let mut rates = products.filter_map(|item| factory_rate(item.settings.sheet.product));
-        rates.next()
+        let shared = || self.sensors.iter().filter(|_| !self.alone);
+        let delivered = || shared().find_map(|item| factory_rate(item.product()));
+        let detected = || shared().find_map(Item::rate);
+        self.given.or_else(delivered).or_else(detected)
     }
 
     /// Checks a sensor against those before it, with which it shares the bus.
@@ -158,17 +172,13 @@ impl Plan {
         if self.alone {
             return Ok(());
         }
-        let rate = item.rate();
-        if rate.is_some() && rate != factory_rate(item.settings.sheet.product) {
-            return Err(Fault::RateOnBus(item.name.clone()));
-        }
         let is_at = |target: Option<Target>, other: &Item| matches!((target, other.target()), (Some(one), Some(other)) if one.is_at(other));
         for other in &self.sensors {
             if is_at(item.target(), other) {
                 return Err(Fault::AddressTwice(other.name.clone()));
             }
             // The sensors that come later have the address as delivered until it is their turn.
-            if is_at(factory_target(item.settings.sheet.product), other) {
+            if is_at(factory_target(item.product()), other) {
                 return Err(Fault::AddressDelivered(other.name.clone()));
             }
         }
@@ -245,9 +255,24 @@ impl Item {
         }
     }
 
+    /// Its product.
+    pub fn product(&self) -> &'static Product {
+        self.settings.sheet.product
+    }
+
     /// Whether it is of this product.
     pub fn is_of(&self, product: &Product) -> bool {
-        self.settings.sheet.product.name == product.name
+        self.product().name == product.name
+    }
+
+    /// Whether it is found in the same way, and answers at the same address and bit rate as delivered.
+    pub fn is_found_as(&self, other: &Self) -> bool {
+        let rates = [self, other].map(|item| factory_rate(item.product()));
+        let targets = [self, other].map(|item| factory_target(item.product()));
+        let is_at_same = matches!(targets, [Some(one), Some(two)] if one.is_at(two));
+        self.find == other.find
+            && rates[0] == rates[1]
+            && (is_at_same || self.is_of(other.product()))
     }
 
     /// The number of a parameter in the plan.
@@ -259,7 +284,7 @@ impl Item {
 
     /// Where it is at the end.
     pub fn target(&self) -> Option<Target> {
-        let product = self.settings.sheet.product;
+        let product = self.product();
         let roles = Roles::of(product)?;
         match self.number(roles.address) {
             Some(raw) => (roles.target)(raw).ok(),
@@ -269,7 +294,7 @@ impl Item {
 
     /// The bit rate that it gets; None: it keeps the bit rate as delivered, or detects it.
     pub fn rate(&self) -> Option<BitRate> {
-        let (id, codes) = Roles::of(self.settings.sheet.product)?.rate?;
+        let (id, codes) = Roles::of(self.product())?.rate?;
         let raw = self.number(id)?;
         let (_, rate) = codes.into_iter().find(|(code, _)| *code == raw)?;
         rate
@@ -287,105 +312,4 @@ fn is_zero(sheet: &Sheet, origin: &Origin) -> bool {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// The line and the text of the fault of a plan.
-    fn fault(text: &str) -> (usize, String) {
-        let (place, why) = Plan::parse(text).map(|_| ()).unwrap_err();
-        (text[..place].matches('\n').count() + 1, why.to_string())
-    }
-
-    const ONE: &str = "[[sensor]]\nname = \"one\"\nproduct = \"jn2101\"\n";
-
-    #[test]
-    fn plan_has_sensors_of_several_products() {
-        let text = format!(
-            "{ONE}serial = 7\nparameters.node-id = 11\n[[sensor]]\nname = \"two\"\nproduct = \"IS2\"\nzero = true\n[sensor.parameters]\ncyclic-time = \"0.25 s\"\n"
-        );
-        let plan = Plan::parse(&text).unwrap_or_else(|why| panic!("{why:?}"));
-        let [one, two] = &plan.sensors[..] else {
-            panic!("{plan:?}");
-        };
-        assert_eq!((one.serial, one.zero), (Some(7), false));
-        assert_eq!(
-            one.target().map(|own| own.named()).as_deref(),
-            Some("node-ID 11")
-        );
-        assert_eq!((two.serial, two.zero), (None, true));
-        let texts: Vec<String> = two
-            .settings
-            .values
-            .iter()
-            .map(|(entry, raw)| two.settings.text_of(entry, *raw))
-            .collect();
-        assert_eq!(texts, ["250 ms"]);
-    }
-
-    #[test]
-    fn fault_of_a_plan_has_line_and_reason() {
-        let again = |more: &str| format!("{ONE}parameters.node-id = 11\n[[sensor]]\n{more}");
-        for (text, line, reason) in [
-            (String::new(), 1, "has no sensor"),
-            ("[[sensor]]\nname = \"a\"\n".to_owned(), 1, "product"),
-            (
-                "[[sensor]]\nname = \"\"\nproduct = \"is2\"\n".to_owned(),
-                2,
-                "name",
-            ),
-            (format!("{ONE}colour = 1\n"), 4, "colour"),
-            (format!("{ONE}serial = -1\n"), 4, "-1"),
-            (ONE.replace("jn2101", "jn21"), 3, "there is no product"),
-            (
-                format!("{ONE}[sensor.parameters]\nnode-id = 200\n"),
-                5,
-                "node-id",
-            ),
-            (
-                format!("{ONE}[sensor.parameters]\nno-such = 1\n"),
-                5,
-                "no-such",
-            ),
-            (
-                format!("{ONE}[sensor.parameters]\nnode-id = [1]\n"),
-                5,
-                "quotes",
-            ),
-            (again("name = \"one\"\nproduct = \"is2\"\n"), 6, "twice"),
-            (
-                again("name = \"two\"\nproduct = \"jn2101\"\nparameters.node-id = 11\n"),
-                5,
-                "same address as one",
-            ),
-            (
-                format!(
-                    "{ONE}[[sensor]]\nname = \"two\"\nproduct = \"jn2101\"\nparameters.node-id = 11\n"
-                ),
-                4,
-                "as delivered",
-            ),
-            (
-                format!("{ONE}find = \"fastscan\"\n"),
-                4,
-                "jn2101 has no fastscan",
-            ),
-            (
-                format!("{ONE}find = \"fastscan\"\n").replace("jn2101", "ims360"),
-                2,
-                "node-id",
-            ),
-            (
-                format!("{ONE}parameters.baud-rate = \"500 kbit/s\"\n"),
-                1,
-                "alone",
-            ),
-        ] {
-            let (own, why) = fault(&text);
-            assert!(own == line && why.contains(reason), "{text}: {own} {why}");
-        }
-        let alone = format!(
-            "alone = true\n{ONE}parameters.baud-rate = \"500 kbit/s\"\n[[sensor]]\nname = \"two\"\nproduct = \"jn2101\"\n"
-        );
-        assert!(Plan::parse(&alone).is_ok());
-    }
-}
+mod tests;

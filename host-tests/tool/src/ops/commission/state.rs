@@ -44,7 +44,7 @@ impl Row {
     pub fn begun(item: &Item, serial: Option<u32>, target: Target) -> Self {
         Self {
             name: item.name.clone(),
-            product: item.settings.sheet.product.name.to_owned(),
+            product: item.product().name.to_owned(),
             serial,
             firmware: None,
             address: target.named(),
@@ -119,7 +119,7 @@ impl State {
         for item in &content.sensors {
             if let Some(row) = state.row(&item.name)
                 && row.done
-                && row.plan != item.text
+                && (row.plan != item.text || item.serial.is_some_and(|own| row.serial != Some(own)))
             {
                 let why = Fault::ChangedPlan(item.name.clone());
                 return Err(FileError::State(state.path.display().to_string(), why).into());

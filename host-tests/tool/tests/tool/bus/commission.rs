@@ -2,7 +2,7 @@
 
 use super::rig::{Ended, Rig, file};
 use bench::{Bus, BusRate, DeviceId};
-use plumbline::can::BitRate;
+use plumbline::can::{BitRate, standard};
 use plumbline::time::{after, millis};
 use serde_json::Value;
 use std::fs;
@@ -228,6 +228,65 @@ fn wrong_plan_is_refused_before_a_frame_is_sent() {
         "{ended:?}"
     );
     assert_eq!(rig.witnessed(), []);
+}
+
+#[test]
+fn sensor_of_another_product_at_the_same_address_can_come_first() {
+    let devices = [("is2", 8), ("is1", 7)];
+    let (mut rig, ids) = rig(BusRate::Fixed(BitRate::K250), &devices);
+    let sensor = |name: &str, digit: u8| {
+        format!(
+            "[[sensor]]\nname = \"{name}\"\nproduct = \"{name}\"\n[sensor.parameters]\n\
+            set-id = \"31{digit}h\"\nreply-id = \"32{digit}h\"\nbaud-rate = \"250 kbit/s\"\n"
+        )
+    };
+    let text = sensor("is1", 0) + &sensor("is2", 2);
+    let plan = plan(&mut rig, "products", &text);
+    switch_on(&mut rig, &ids, false);
+    let ended = commission(&mut rig, &plan, "--json");
+    let expected = [
+        "is1 7 identifier 310h 250 kbit/s",
+        "is2 8 identifier 312h 250 kbit/s",
+    ];
+    assert_eq!(sensors(&ended), expected);
+}
+
+#[test]
+fn other_serial_number_of_a_finished_sensor_is_refused() {
+    let (mut rig, ids) = rig(BusRate::Fixed(BitRate::K125), &[("jn2101", 7)]);
+    let text = "[[sensor]]\nname = \"left\"\nproduct = \"jn2101\"\nparameters.node-id = 11\n";
+    let plan = plan(&mut rig, "finished", text);
+    switch_on(&mut rig, &ids, false);
+    assert_eq!(sensors(&commission(&mut rig, &plan, "--json")).len(), 1);
+    for (serial, code) in [(7, 0), (8, 2)] {
+        let text = text.replace("parameters", &format!("serial = {serial}\nparameters"));
+        fs::write(&plan, text).expect("a file");
+        let ended = commission(&mut rig, &plan, "");
+        assert_eq!(ended.code, code, "{serial}: {ended:?}");
+        assert_eq!(ended.notes.contains("was changed"), code > 0, "{ended:?}");
+    }
+}
+
+#[test]
+fn fastscan_that_is_stopped_leaves_no_node_in_configuration_mode() {
+    const RELEASE: [u8; 8] = [4, 0, 0, 0, 0, 0, 0, 0];
+    let (mut rig, ids) = rig(BusRate::Fixed(BitRate::K125), &[("ims360", 7)]);
+    let text = "[[sensor]]\nname = \"one\"\nproduct = \"ims360\"\nfind = \"fastscan\"\nparameters.node-id = 61\n";
+    let plan = plan(&mut rig, "stopped", text);
+    let mut bus = rig.bus.borrow_mut();
+    let now = bus.now();
+    bus.device_mut(ids[0]).power_on(now);
+    drop(bus);
+    rig.run(2000);
+    rig.stop = Some(60);
+    rig.witnessed();
+    let ended = commission(&mut rig, &plan, "");
+    assert_ne!(ended.code, 0, "{ended:?}");
+    let seen = rig.witnessed().into_iter();
+    let mut masters = seen.filter(|frame| frame.can_id() == standard(0x7E5).into());
+    let last = masters.next_back().expect("a request of fastscan");
+    assert!(masters.count() > 3, "{ended:?}");
+    assert_eq!(last.bytes(), RELEASE);
 }
 
 #[test]
