@@ -30,6 +30,9 @@ errors! {
             "das Zertifikat von {url} wird nicht angenommen ({reason}): Prüfen Sie die Adresse, und geben Sie das Zertifikat der Zertifizierungsstelle mit --ca an";
         RefusedCertificate(url: String, reason: String): Bus "broker-refuses" = "{url} does not accept the certificate of this computer ({reason}): check --certificate and --key",
             "{url} nimmt das Zertifikat dieses Computers nicht an ({reason}): Prüfen Sie --certificate und --key";
+        RefusedName(url: String): Bus "broker-refuses" = "{url} has no certificate for this name: check the address", "{url} hat kein Zertifikat für diesen Namen: Prüfen Sie die Adresse";
+        RefusedTls(url: String, reason: String): Bus "broker-refuses" = "{url} ends the start of TLS ({reason}): check that it offers TLS 1.2 or 1.3, and whether it wants a certificate with --certificate and --key",
+            "{url} beendet den Beginn von TLS ({reason}): Prüfen Sie, ob er TLS 1.2 oder 1.3 anbietet und ob er ein Zertifikat mit --certificate und --key verlangt";
         NotTls(url: String): Bus "no-tls" = "{url} does not answer with TLS: check the port, often 8883, or write mqtt://",
             "{url} antwortet nicht mit TLS: Prüfen Sie den Port, oft 8883, oder schreiben Sie mqtt://";
         BufferInUse(path: String): Bus "buffer-in-use" = "another program uses {path}: end it, or choose another folder with --buffer",

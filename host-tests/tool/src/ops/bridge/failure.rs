@@ -33,14 +33,34 @@ pub fn lasting(error: &ConnectionError, address: &Address) -> Option<Error> {
             ) => return None,
             rustls::Error::InvalidCertificate(why) => BrokerError::Untrusted(url, why.to_string()),
             rustls::Error::InvalidMessage(_) => BrokerError::NotTls(url),
-            rustls::Error::AlertReceived(AlertDescription::InternalError) => return None,
-            rustls::Error::AlertReceived(alert) => {
-                BrokerError::RefusedCertificate(url, format!("{alert:?}"))
-            }
+            rustls::Error::AlertReceived(alert) => refused(*alert, url)?,
             _ => return None,
         },
     };
     Some(failure.into())
+}
+
+/// The failure after an alert of the broker; None: the next try can succeed.
+fn refused(alert: AlertDescription, url: String) -> Option<BrokerError> {
+    let name = format!("{alert:?}");
+    match alert {
+        AlertDescription::CloseNotify
+        | AlertDescription::UserCanceled
+        | AlertDescription::InternalError => None,
+        AlertDescription::NoCertificate
+        | AlertDescription::BadCertificate
+        | AlertDescription::UnsupportedCertificate
+        | AlertDescription::CertificateRevoked
+        | AlertDescription::CertificateExpired
+        | AlertDescription::CertificateUnknown
+        | AlertDescription::CertificateRequired
+        | AlertDescription::UnknownCA
+        | AlertDescription::AccessDenied
+        | AlertDescription::DecryptError => Some(BrokerError::RefusedCertificate(url, name)),
+        AlertDescription::UnrecognisedName => Some(BrokerError::RefusedName(url)),
+        // A broker with TLS 1.2 that wants a certificate says HandshakeFailure.
+        _ => Some(BrokerError::RefusedTls(url, name)),
+    }
 }
 
 /// The failure of TLS in an error.
@@ -68,5 +88,39 @@ pub fn reason(error: &ConnectionError) -> String {
             "the connection was closed".to_owned()
         }
         _ => innermost.to_string(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::error::Error;
+
+    #[test]
+    fn alert_of_the_broker_tells_what_to_check() {
+        let address = Address::parse("mqtts://broker").unwrap();
+        for (alert, part) in [
+            (AlertDescription::UnknownCA, Some("--certificate and --key")),
+            (
+                AlertDescription::CertificateRequired,
+                Some("--certificate and --key"),
+            ),
+            (AlertDescription::ProtocolVersion, Some("TLS 1.2 or 1.3")),
+            (AlertDescription::HandshakeFailure, Some("TLS 1.2 or 1.3")),
+            (
+                AlertDescription::UnrecognisedName,
+                Some("check the address"),
+            ),
+            (AlertDescription::InternalError, None),
+            (AlertDescription::UserCanceled, None),
+        ] {
+            let error = ConnectionError::Tls(TlsError::TLS(rustls::Error::AlertReceived(alert)));
+            let told = lasting(&error, &address).map(|error: Error| error.to_string());
+            let is_right = match (&told, part) {
+                (Some(text), Some(part)) => text.contains(part),
+                (told, part) => told.is_none() && part.is_none(),
+            };
+            assert!(is_right, "{alert:?}: {told:?}");
+        }
     }
 }
