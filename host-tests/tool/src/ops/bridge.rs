@@ -19,15 +19,16 @@ use broker::{Broker, Told};
 use fleet::{Event, Fleet};
 use known::Known;
 use plumbline::time::Duration;
+use queue::Lost;
 use sensor::About;
 use serde_json::{Map, Value, json};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::{Duration as Wait, Instant};
 use texts::Kind;
 use topics::{HERE, Topics};
 
-/// The pause between two writes of the buffer to the disk.
-const SYNC: Wait = Wait::from_secs(5);
+/// The pause between two notes about samples that are lost.
+const LOST: Wait = Wait::from_secs(5);
 
 /// A broker with its topics.
 pub struct Mqtt {
@@ -37,9 +38,7 @@ pub struct Mqtt {
     topics: Topics,
     buffer: PathBuf,
     known: Known,
-    synced: Instant,
-    /// The reason why the buffer was not written, which the user knows.
-    failed: Option<String>,
+    looked: Instant,
 }
 
 impl Mqtt {
@@ -63,8 +62,7 @@ impl Mqtt {
             topics,
             buffer,
             known,
-            synced: Instant::now(),
-            failed: None,
+            looked: Instant::now(),
         })
     }
 
@@ -108,24 +106,15 @@ impl Mqtt {
     /// No connection can succeed.
     fn tell(&mut self, terminal: &mut Terminal) -> Result<(), Error> {
         for told in self.broker.told() {
-            hand_on(told, &self.url, terminal)?;
+            hand_on(told, &self.url, &self.buffer, terminal)?;
         }
-        if self.synced.elapsed() < SYNC {
+        if self.looked.elapsed() < LOST {
             return Ok(());
         }
-        self.synced = Instant::now();
-        let lost = self.broker.take_lost();
-        if lost > 0 {
-            terminal.note(&Note::RecordsLost(lost));
-        }
-        let failed = self.broker.sync().err().map(|error| error.to_string());
-        if self.failed != failed {
-            self.failed.clone_from(&failed);
-            if let Some(reason) = failed {
-                let path = self.buffer.display().to_string();
-                terminal.note(&Note::NotSynchronised(path, reason));
-            }
-        }
+        self.looked = Instant::now();
+        tell_lost(self.broker.take_lost(), &self.buffer, terminal);
+        // The broker tells that the disk is full.
+        let _ = self.known.sync();
         Ok(())
     }
 
@@ -134,6 +123,7 @@ impl Mqtt {
             let topic = self.topics.sensor(about, "availability");
             self.broker.keep(topic, HERE[0].to_owned());
         }
+        tell_lost(self.broker.take_lost(), &self.buffer, terminal);
         let path = self.buffer.display().to_string();
         let (left, told) = self.broker.end();
         match left {
@@ -145,7 +135,20 @@ impl Mqtt {
         let mut told = told
             .into_iter()
             .filter(|own| !matches!(own, Told::Away(..)));
-        told.try_for_each(|told| hand_on(told, &self.url, terminal))
+        told.try_for_each(|told| hand_on(told, &self.url, &self.buffer, terminal))
+    }
+}
+
+fn tell_lost(lost: Lost, buffer: &Path, terminal: &mut Terminal) {
+    let path = || buffer.display().to_string();
+    if lost.limit > 0 {
+        terminal.note(&Note::RecordsLost(lost.limit));
+    }
+    if lost.disk > 0 {
+        terminal.note(&Note::DiskFull(lost.disk, path()));
+    }
+    if lost.is_damaged {
+        terminal.note(&Note::BufferDamaged(path()));
     }
 }
 
@@ -153,9 +156,13 @@ impl Mqtt {
 ///
 /// # Errors
 /// No connection can succeed.
-fn hand_on(told: Told, url: &str, terminal: &mut Terminal) -> Result<(), Error> {
+fn hand_on(told: Told, url: &str, buffer: &Path, terminal: &mut Terminal) -> Result<(), Error> {
     let url = url.to_owned();
     match told {
+        Told::NotSynchronised(reason) => {
+            let path = buffer.display().to_string();
+            terminal.note(&Note::NotSynchronised(path, reason));
+        }
         Told::Connected => terminal.note(&Note::BrokerConnected(url)),
         Told::Away(reason, seconds) => terminal.note(&Note::BrokerAway(url, reason, seconds)),
         Told::Failed(failure) => return Err(failure),

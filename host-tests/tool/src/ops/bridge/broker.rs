@@ -5,7 +5,7 @@
 
 use super::address::{Address, Credentials};
 use super::failure;
-use super::queue::{Cursor, Queue};
+use super::queue::{Cursor, Lost, Queue};
 use super::topics::HERE;
 use super::window::{Entry, Window};
 use crate::error::{BrokerError, Error};
@@ -42,8 +42,13 @@ const KEEP_ALIVE: Duration = Duration::from_secs(15);
 /// The time for the last messages.
 const END: Duration = Duration::from_secs(5);
 
+/// The pause between two writes of the queue to the disk.
+const SYNC: Duration = Duration::from_secs(5);
+
 /// What the thread tells.
 pub enum Told {
+    /// The queue cannot be written to the disk, for this reason.
+    NotSynchronised(String),
     /// There is a connection.
     Connected,
     /// There is none, for this reason. The next try follows after this number of seconds.
@@ -183,17 +188,9 @@ impl Broker {
         self.told.try_iter().collect()
     }
 
-    /// The records that were lost since the last call.
-    pub fn take_lost(&self) -> u64 {
+    /// What was lost since the last call.
+    pub fn take_lost(&self) -> Lost {
         self.shared.queue().take_lost()
-    }
-
-    /// Brings the queue to the disk.
-    ///
-    /// # Errors
-    /// It cannot be written.
-    pub fn sync(&self) -> std::io::Result<()> {
-        self.shared.queue().sync()
     }
 
     /// Says that the bridge ends, and delivers what can be delivered in some seconds. Returns the number of records that stay in the queue,
@@ -214,11 +211,31 @@ async fn run(wanted: &Wanted, shared: &Shared, told: &Sender<Told>) {
     let mut ends = shared.ends.subscribe();
     select! {
         () = connections(wanted, shared, told) => {}
+        () = synchronised(shared, told) => {}
         () = async {
             // The sender lives as long as this thread.
             let _ = ends.wait_for(|ends| *ends).await;
             sleep(END).await;
         } => {}
+    }
+}
+
+/// Brings the queue to the disk again and again. The disk can be slow, so the queue takes records meanwhile.
+async fn synchronised(shared: &Shared, told: &Sender<Told>) {
+    let mut known = None;
+    loop {
+        sleep(SYNC).await;
+        let unsynced = shared.queue().unsynced();
+        let written = unsynced.and_then(|unsynced| {
+            unsynced.write()?;
+            shared.queue().synced(&unsynced);
+            Ok(())
+        });
+        let failed = written.err().map(|error| error.to_string());
+        if let Some(reason) = failed.clone().filter(|_| failed != known) {
+            let _ = told.send(Told::NotSynchronised(reason));
+        }
+        known = failed;
     }
 }
 

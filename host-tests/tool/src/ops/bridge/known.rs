@@ -1,6 +1,7 @@
 //! The sensors that a bridge has had so far, in a file of its folder: a sensor that is missing at the next start is told to be offline, also
 //! if the program could not tell it at its end.
 
+use super::queue::is_full;
 use crate::error::{Error, FileError};
 use std::collections::BTreeSet;
 use std::fs;
@@ -14,6 +15,8 @@ const NAME: &str = "sensors";
 pub struct Known {
     path: PathBuf,
     topics: BTreeSet<String>,
+    /// The file has all of them.
+    is_written: bool,
 }
 
 impl Known {
@@ -30,6 +33,7 @@ impl Known {
         Ok(Self {
             path,
             topics: text.lines().map(str::to_owned).collect(),
+            is_written: true,
         })
     }
 
@@ -38,18 +42,33 @@ impl Known {
         self.topics.iter()
     }
 
-    /// Adds a topic.
+    /// Adds a topic. On a full disk [`sync`](Self::sync) writes it later.
+    ///
+    /// # Errors
+    /// The file cannot be written, for another reason.
+    pub fn add(&mut self, topic: String) -> Result<(), Error> {
+        self.is_written &= !self.topics.insert(topic);
+        match self.sync() {
+            Err(error) if !is_full(&error) => Err(failed(&self.path, &error)),
+            _ => Ok(()),
+        }
+    }
+
+    /// Writes what the file does not have yet.
     ///
     /// # Errors
     /// The file cannot be written.
-    pub fn add(&mut self, topic: String) -> Result<(), Error> {
-        if !self.topics.insert(topic) {
+    pub fn sync(&mut self) -> io::Result<()> {
+        if self.is_written {
             return Ok(());
         }
-        let text: String = self.topics.iter().flat_map(|own| [own, "\n"]).collect();
+        let topics = self.topics.iter();
+        let text: String = topics.flat_map(|own| [own.as_str(), "\n"]).collect();
         let new = self.path.with_extension("new");
-        let written = fs::write(&new, text).and_then(|()| fs::rename(&new, &self.path));
-        written.map_err(|error| failed(&self.path, &error))
+        fs::write(&new, text)?;
+        fs::rename(&new, &self.path)?;
+        self.is_written = true;
+        Ok(())
     }
 }
 

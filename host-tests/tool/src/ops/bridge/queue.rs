@@ -11,16 +11,23 @@
 //! acknowledged is deleted. If all files together are too long, the oldest one is deleted, and its records are lost.
 //!
 //! A power cut can lose records that the broker has already, so their numbers must not be used again: if the computer has started anew since
-//! the last use, and the program did not end by itself, many numbers are left out.
+//! the last use, and the program did not end by itself, or if the end of the newest file is damaged, many numbers are left out.
+//!
+//! While the disk is full, new records are lost, each with its number: the next one begins a file.
 
+mod read;
 mod record;
+mod unsynced;
 
 use crate::error::{BrokerError, Error, FileError};
-use record::{encoded, record, valid};
+pub use read::Cursor;
+use record::{encoded, valid};
 use std::collections::VecDeque;
 use std::fs::{self, File, OpenOptions, TryLockError};
-use std::io::{self, BufReader, Read, Seek, Write};
+use std::io::{self, ErrorKind, Read, Seek, Write};
 use std::path::{Path, PathBuf};
+use unsynced::ACKNOWLEDGED;
+pub use unsynced::Unsynced;
 
 /// The length from which on a file is followed by another one.
 const FILE_LENGTH: u64 = 4 << 20;
@@ -39,9 +46,6 @@ const UNKNOWN: &str = "unknown";
 
 /// The extension of the files with records.
 const EXTENSION: &str = "records";
-
-/// The name of the file with the first number that is not acknowledged.
-const ACKNOWLEDGED: &str = "acknowledged";
 
 /// A file with records.
 struct Segment {
@@ -71,18 +75,29 @@ pub struct Queue {
     kept: u64,
     /// The maximum length of all files.
     limit: u64,
-    /// The records that were lost since the last question.
-    lost: u64,
+    /// Files that were completed since the last [`unsynced`](Self::unsynced).
+    completed: Vec<File>,
+    lost: Lost,
     lock: File,
 }
 
-/// The place of a reader; a new one is at the first record that is not acknowledged.
-#[derive(Default)]
-pub struct Cursor {
-    /// The number of the next record.
-    pub next: u64,
-    /// The file with the place, and the number of its first record.
-    file: Option<(u64, BufReader<File>)>,
+/// What was lost since the last question.
+#[derive(Clone, Copy, PartialEq, Eq, Default, Debug)]
+pub struct Lost {
+    /// Records, because all files together were too long.
+    pub limit: u64,
+    /// Records, because the disk is full.
+    pub disk: u64,
+    /// Records are lost because a file is damaged.
+    pub is_damaged: bool,
+}
+
+/// Whether there can be space later.
+pub fn is_full(error: &io::Error) -> bool {
+    matches!(
+        error.kind(),
+        ErrorKind::StorageFull | ErrorKind::QuotaExceeded | ErrorKind::FileTooLarge
+    )
 }
 
 impl Queue {
@@ -119,15 +134,19 @@ impl Queue {
             acknowledged: kept.max(1),
             kept,
             limit,
-            lost: 0,
+            completed: Vec::new(),
+            lost: Lost::default(),
             lock,
         };
+        let mut is_cut = false;
         for first in firsts {
             let path = queue.path(first);
             let (count, length) = valid(&path).map_err(failed)?;
             // What comes after damaged bytes has no number.
-            let file = OpenOptions::new().write(true).open(&path);
-            file.and_then(|file| file.set_len(length)).map_err(failed)?;
+            let file = OpenOptions::new().write(true).open(&path).map_err(failed)?;
+            is_cut = file.metadata().map_err(failed)?.len() > length;
+            queue.lost.is_damaged |= is_cut;
+            file.set_len(length).map_err(failed)?;
             queue.segments.push_back(Segment {
                 first,
                 count,
@@ -138,17 +157,17 @@ impl Queue {
         let oldest = queue.segments.front().map_or(queue.next, |own| own.first);
         queue.acknowledged = queue.acknowledged.max(oldest).min(queue.next);
         let start = fs::read_to_string(START).unwrap_or_else(|_| UNKNOWN.to_owned());
-        queue.begin(start.trim()).map_err(failed)?;
+        queue.begin(start.trim(), is_cut).map_err(failed)?;
         queue.clear();
         Ok(queue)
     }
 
-    /// Takes the folder over from its last user.
-    fn begin(&mut self, start: &str) -> io::Result<()> {
+    /// Takes the folder over from its last user. `is_cut`: the end of the newest file was damaged.
+    fn begin(&mut self, start: &str, is_cut: bool) -> io::Result<()> {
         let mut last = String::new();
         self.lock.read_to_string(&mut last)?;
         let is_same = last == start && start != UNKNOWN;
-        if !last.is_empty() && last != ENDED && !is_same {
+        if is_cut || !last.is_empty() && last != ENDED && !is_same {
             let waits = self.waiting() > 0;
             self.next += LEFT_OUT;
             if !waits {
@@ -161,10 +180,11 @@ impl Queue {
         self.mark(start)
     }
 
+    /// Writes the text of the lock in place, which needs no space on a full disk.
     fn mark(&mut self, text: &str) -> io::Result<()> {
-        self.lock.set_len(0)?;
         self.lock.rewind()?;
         self.lock.write_all(text.as_bytes())?;
+        self.lock.set_len(text.len() as u64)?;
         self.lock.sync_all()
     }
 
@@ -192,33 +212,54 @@ impl Queue {
         each.map(|own| own.waiting(self.acknowledged)).sum()
     }
 
-    /// The records that were lost since the last call, because the files were too long or the disk is full.
-    pub fn take_lost(&mut self) -> u64 {
+    /// What was lost since the last call.
+    pub fn take_lost(&mut self) -> Lost {
         std::mem::take(&mut self.lost)
     }
 
-    /// Adds a record with these bytes.
+    /// Adds a record with these bytes. On a full disk the oldest file makes room; if there is no other one, this record is lost.
     ///
     /// # Errors
-    /// The file cannot be written.
+    /// The file cannot be written, for another reason.
     pub fn push(&mut self, bytes: &[u8]) -> Result<(), Error> {
         let record = encoded(bytes);
         loop {
             match self.append(&record) {
                 Ok(()) => break,
-                // A disk that is full has room again without the oldest records.
-                Err(_) if self.segments.len() > 1 => self.lose_oldest(),
-                Err(error) => {
+                Err(error) if !is_full(&error) => {
                     let name = self.folder.display().to_string();
                     return Err(FileError::FolderUnwritten(name, error.to_string()).into());
+                }
+                Err(_) if self.segments.len() > 1 => self.lost.disk += self.lose_oldest(),
+                Err(_) => {
+                    self.lost.disk += 1;
+                    self.complete();
+                    break;
                 }
             }
         }
         self.next += 1;
         while self.segments.len() > 1 && self.length() > self.limit {
-            self.lose_oldest();
+            self.lost.limit += self.lose_oldest();
         }
         Ok(())
+    }
+
+    /// The next record begins a new file.
+    fn complete(&mut self) {
+        let Some(writer) = self.writer.take() else {
+            return;
+        };
+        match self.segments.pop_back() {
+            Some(own) if own.count == 0 => {
+                // The next start would take it for one without records.
+                let _ = fs::remove_file(self.path(own.first));
+            }
+            last => {
+                self.segments.extend(last);
+                self.completed.push(writer);
+            }
+        }
     }
 
     fn length(&self) -> u64 {
@@ -227,7 +268,7 @@ impl Queue {
 
     /// Goes on with a new file.
     fn follow(&mut self) -> io::Result<()> {
-        self.sync()?;
+        self.complete();
         let first = self.next;
         self.writer = Some(File::create(self.path(first))?);
         // The file of an earlier program with no valid record has the same name.
@@ -249,8 +290,11 @@ impl Queue {
             return Ok(());
         };
         if let Err(error) = writer.write_all(record) {
-            writer.set_len(last.length)?;
-            writer.seek(io::SeekFrom::End(0))?;
+            // Without a part of a record. If this fails, the next start leaves the part out.
+            let place = io::SeekFrom::Start(last.length);
+            let _ = writer
+                .set_len(last.length)
+                .and_then(|()| writer.seek(place));
             return Err(error);
         }
         last.count += 1;
@@ -258,74 +302,38 @@ impl Queue {
         Ok(())
     }
 
-    fn lose_oldest(&mut self) {
+    /// Deletes the oldest file. Returns the number of its records that wait.
+    fn lose_oldest(&mut self) -> u64 {
         let Some(oldest) = self.segments.pop_front() else {
-            return;
+            return 0;
         };
         // The next start would read it again.
         let _ = fs::remove_file(self.path(oldest.first));
         let first = self.segments.front().map_or(self.next, |own| own.first);
-        self.lost += oldest.waiting(self.acknowledged);
+        let lost = oldest.waiting(self.acknowledged);
         self.acknowledged = self.acknowledged.max(first);
-    }
-
-    /// The next records of a reader, with their numbers.
-    ///
-    /// # Errors
-    /// A file cannot be read.
-    pub fn read(&mut self, cursor: &mut Cursor, most: usize) -> io::Result<Vec<(u64, Vec<u8>)>> {
-        let mut records = Vec::new();
-        cursor.next = cursor.next.max(self.acknowledged);
-        while records.len() < most && cursor.next < self.next {
-            let place = self
-                .segments
-                .partition_point(|own| own.first <= cursor.next);
-            let Some(first) = place.checked_sub(1).map(|place| self.segments[place].first) else {
-                // The records before the oldest file are lost.
-                cursor.next = self.segments.front().map_or(self.next, |own| own.first);
-                continue;
-            };
-            if cursor.file.as_ref().is_none_or(|(own, _)| *own != first) {
-                let mut file = BufReader::new(File::open(self.path(first))?);
-                for _ in first..cursor.next {
-                    record(&mut file)?;
-                }
-                cursor.file = Some((first, file));
-            }
-            let read = cursor.file.as_mut().map(|(_, file)| record(file));
-            match read.transpose()?.flatten() {
-                Some(bytes) => {
-                    records.push((cursor.next, bytes));
-                    cursor.next += 1;
-                }
-                // The rest of the file was damaged.
-                None => {
-                    let following = self.segments.get(place).map(|own| own.first);
-                    cursor.next = following.unwrap_or(self.next);
-                }
-            }
-        }
-        Ok(records)
+        lost
     }
 
     /// All records before this number are acknowledged.
     pub fn acknowledge(&mut self, before: u64) {
         self.acknowledged = self.acknowledged.max(before.min(self.next));
-        self.clear();
+        if self.waiting() == 0 {
+            self.acknowledged = self.next;
+        }
     }
 
-    /// Deletes the files whose records are all acknowledged.
+    /// Deletes the files whose records are all acknowledged, by the number that is on the disk: it must not begin again without files.
     fn clear(&mut self) {
-        let is_done = self.acknowledged == self.next;
+        let is_done = self.kept == self.next;
         let last_is_long = self.segments.back().is_some_and(|own| own.length > 0);
         while let Some(first) = self.segments.front().map(|own| own.first) {
             let end = self.segments.get(1).map(|own| own.first);
             let is_over = match end {
-                Some(end) => end <= self.acknowledged,
+                Some(end) => end <= self.kept,
                 None => is_done && last_is_long && self.is_due(),
             };
-            // The number must not begin again without files.
-            if !is_over || self.keep().is_err() {
+            if !is_over {
                 break;
             }
             let path = self.path(first);
@@ -343,18 +351,25 @@ impl Queue {
         self.writer.is_none() || self.length() > FILE_LENGTH / 16
     }
 
-    /// Writes the first number that is not acknowledged.
-    fn keep(&mut self) -> io::Result<()> {
-        if self.kept == self.acknowledged {
-            return Ok(());
-        }
-        let new = self.folder.join("acknowledged.new");
-        let mut file = File::create(&new)?;
-        writeln!(file, "{}", self.acknowledged)?;
-        file.sync_all()?;
-        fs::rename(new, self.folder.join(ACKNOWLEDGED))?;
-        self.kept = self.acknowledged;
-        Ok(())
+    /// What is not on the disk yet. [`synced`](Self::synced) follows when it is written.
+    ///
+    /// # Errors
+    /// The computer has too many open files.
+    pub fn unsynced(&mut self) -> io::Result<Unsynced> {
+        let writer = self.writer.as_ref().map(File::try_clone).transpose()?;
+        let files = self.completed.drain(..).chain(writer).collect();
+        Ok(Unsynced {
+            files,
+            folder: self.folder.clone(),
+            acknowledged: self.acknowledged,
+            is_new: self.kept != self.acknowledged,
+        })
+    }
+
+    /// This is on the disk.
+    pub fn synced(&mut self, written: &Unsynced) {
+        self.kept = written.acknowledged;
+        self.clear();
     }
 
     /// Brings everything to the disk.
@@ -362,10 +377,10 @@ impl Queue {
     /// # Errors
     /// A file cannot be written.
     pub fn sync(&mut self) -> io::Result<()> {
-        if let Some(writer) = &self.writer {
-            writer.sync_data()?;
-        }
-        self.keep()
+        let unsynced = self.unsynced()?;
+        unsynced.write()?;
+        self.synced(&unsynced);
+        Ok(())
     }
 }
 
