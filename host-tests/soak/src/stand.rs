@@ -291,7 +291,7 @@ impl Stand {
             bar: None,
         };
         let target = session.target;
-        update::load(session, target, image, true, &mut terminal)
+        update::load(session, target, image, true, &mut terminal).map(|_| ())
     }
 
     /// The last frames on the bus, each with its time in seconds.

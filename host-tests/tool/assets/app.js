@@ -20,6 +20,7 @@ import { attempt, element, emit, fail, isAnswering, on } from "./state.js";
 import { currentLanguage, onLanguage, setLanguage, translate } from "./texts.js";
 import { missed } from "./trace.js";
 import * as transmit from "./transmit.js";
+import * as update from "./update.js";
 
 const THEME = "plumbline-theme";
 
@@ -71,7 +72,7 @@ theme.value = localStorage.getItem(THEME) ?? "auto";
 document.documentElement.dataset.theme = theme.value;
 theme.addEventListener("change", () => setTheme(theme.value));
 
-for (const part of [angles, attitude, chart, actions, align, file, parameters, frames, transmit, calibrate, identity, log, focus, owner]) part.start();
+for (const part of [angles, attitude, chart, actions, align, file, parameters, frames, transmit, update, calibrate, identity, log, focus, owner]) part.start();
 attempt(connection.start);
 /** @type {Failure | null} */
 let lost = null;

@@ -29,7 +29,7 @@ let sheets = [];
 /** @typedef {{sheet: string, name: string, maker: string, protocol: string, file?: string, entries?: number, leftOut?: number}} Product */
 
 /** What the fields of the bar say. */
-function wanted() {
+export function wanted() {
   const protocol = input("protocol").value;
   return {
     port: input("port").value.trim(),

@@ -85,7 +85,7 @@ async function backup() {
 }
 
 /** The name of a new file, valid on every system. @param {string} product @param {number | null} [serial] */
-function named(product, serial = null) {
+export function named(product, serial = null) {
   const name = serial === null ? product : `${product}-${serial}`;
   return `${name.replace(/[^\p{L}\p{N}._-]+/gu, "-")}.toml`;
 }

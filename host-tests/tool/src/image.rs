@@ -140,7 +140,12 @@ impl ImageFile {
 
     /// The version, for example `1.2.3`.
     pub fn version(&self) -> String {
-        let [patch, minor, a, b] = self.header.version().to_le_bytes();
-        format!("{}.{minor}.{patch}", u16::from_le_bytes([a, b]))
+        version(self.header.version())
     }
+}
+
+/// A version, for example `1.2.3`.
+pub(crate) fn version(number: u32) -> String {
+    let [patch, minor, a, b] = number.to_le_bytes();
+    format!("{}.{minor}.{patch}", u16::from_le_bytes([a, b]))
 }

@@ -33,6 +33,8 @@ texts! {
             "Der Sensor hat den Artikel {article}, der zu mehreren Produkten passt ({products}), und nennt seine Softwareversion nicht. Ist es {product}?";
         DataSheet {doubts: Doubts} = "The data sheet {doubts}. Use it anyway?",
             "Das Datenblatt passt nicht zum Gerät: {doubts}. Trotzdem verwenden?";
+        Downgrade {file: String, own: String} = "The program of the sensor has version {own}, the file has the older version {file}. Load the file all the same?",
+            "Das Programm des Sensors hat Version {own}, die Datei die ältere Version {file}. Die Datei trotzdem laden?";
         #[serde(skip)]
         Change {change: Change, sensor: String, angles: String} = "{change}? {sensor}; {angles}", "{change}? {sensor}; {angles}";
         #[serde(skip)]
@@ -173,7 +175,10 @@ impl Question {
             Self::NotCarried(_) => Name::Restore,
             Self::Period(_) | Self::Tpdo(_) => Name::Cyclic,
             Self::Overwrite(_) => Name::Overwrite,
-            Self::WhichProduct { .. } | Self::Turn { .. } | Self::Calibrate(_) => return None,
+            Self::WhichProduct { .. }
+            | Self::Downgrade { .. }
+            | Self::Turn { .. }
+            | Self::Calibrate(_) => return None,
         })
     }
 }

@@ -2,28 +2,20 @@
 
 use super::bus::Bus;
 use super::file;
-use crate::backup::Backup;
 use crate::connect::{self, Wanted};
-use crate::error::{Differing, Error, FileError, RequestError};
+use crate::error::{Error, FileError, RequestError};
 use crate::identify::Found;
 use crate::image::ImageFile;
 use crate::link::Link;
-use crate::master::{Target, factory_target};
-use crate::note::Note;
-use crate::ops::restore;
-use crate::ops::update::{self, Before};
+use crate::ops::update::{self, Updated, Waiting};
 use crate::output::Terminal;
 use crate::question::Name;
 use crate::scan;
 use crate::session::Session;
 use adapter::Mode;
-use plumbline::model::catalog::{PRODUCTS, Product};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 use texts::Kind;
-
-/// The node-ID of a bootloader without a boot record.
-const BLANK: u8 = 127;
 
 /// The longest image file that is read.
 const LONGEST: u64 = 1 << 20;
@@ -157,27 +149,19 @@ fn running(
     (path, wish): (&Path, Wish),
     terminal: &mut Terminal,
 ) -> Result<Value, Error> {
-    let before = update::check(session, image)?;
-    if before == Before::Same {
-        terminal.line(format!(
-            "the sensor has version {} already",
-            image.version()
-        ))?;
-        return Ok(report(image, false, None));
-    }
     let mut kept = None;
-    if before == Before::Waits {
-        terminal.note(&Note::WaitsInBootloader);
-    } else {
-        if wish.backup {
-            let path = backup_path(path, session, found);
-            let (backup, _) = file::save(session, found, &path, terminal)?;
-            kept = Some((backup, path));
+    let mut keep = |session: &mut Session, terminal: &mut Terminal| {
+        if !wish.backup {
+            return Ok(None);
         }
-        update::enter(session)?;
-    }
-    let target = session.target;
-    finish(session, (target, image), wish, kept, terminal)
+        let path = backup_path(path, session, found);
+        let (backup, _) = file::save(session, found, &path, terminal)?;
+        let name = path.display().to_string();
+        kept = Some(name.clone());
+        Ok(Some((backup, name)))
+    };
+    let done = update::update(session, image, wish.downgrade, &mut keep, terminal)?;
+    report(&done, kept, terminal)
 }
 
 /// Loads the first program of a board with a bootloader, which is node 127. None: the options do not name this address.
@@ -187,22 +171,11 @@ fn blank(
     bus: &mut Bus,
     terminal: &mut Terminal,
 ) -> Result<Option<Value>, Error> {
-    let via = bus.options.sensor.target()?;
-    let (Some(via), Some(product)) = (via, product(image)) else {
-        return Ok(None);
-    };
-    let (true, Some(target)) = (via.node_id() == Some(BLANK), factory_target(product)) else {
-        return Ok(None);
-    };
-    let mut session = open(bus, product, target, terminal)?;
-    let result = finish(&mut session, (via, image), wish, None, terminal);
-    ended(&mut session, result).map(Some)
-}
-
-/// The product of an image file.
-fn product(image: &ImageFile) -> Option<&'static Product> {
-    let number = image.header.product();
-    PRODUCTS.iter().find(|own| own.image.number() == number)
+    let target = bus.options.sensor.target()?;
+    match Waiting::of(image, target).filter(|waiting| waiting.is_blank) {
+        Some(waiting) => gone_on(waiting, image, wish, bus, terminal).map(Some),
+        None => Ok(None),
+    }
 }
 
 /// Goes on with a sensor that waits in its bootloader: that of the address in the options, or that of the product as delivered.
@@ -213,54 +186,32 @@ fn waiting(
     terminal: &mut Terminal,
     failure: Error,
 ) -> Result<Value, Error> {
-    let target = bus.options.sensor.target()?;
-    let Some((product, target)) = product(image).and_then(|product| {
-        let target = target.or_else(|| factory_target(product));
-        Some((product, target?))
-    }) else {
+    let Some(waiting) = Waiting::of(image, bus.options.sensor.target()?) else {
         return Err(failure);
     };
-    let mut session = open(bus, product, target, terminal)?;
-    let result = finish(&mut session, (target, image), wish, None, terminal);
-    match ended(&mut session, result) {
+    match gone_on(waiting, image, wish, bus, terminal) {
         Err(own) if own.kind() == Kind::Silent => Err(failure),
         result => result,
     }
 }
 
-fn open(
-    bus: &mut Bus,
-    product: &'static Product,
-    target: Target,
-    terminal: &mut Terminal,
-) -> Result<Session, Error> {
-    let mut link = Link::new(bus.adapter()?, &terminal.stopped);
-    link.open(bus.options.rate, Mode::Active)?;
-    Ok(Session::new(link, target, product))
-}
-
-/// Loads the file and compares the settings with those before.
-fn finish(
-    session: &mut Session,
-    (via, image): (Target, &ImageFile),
+fn gone_on(
+    Waiting {
+        product,
+        target,
+        via,
+        ..
+    }: Waiting,
+    image: &ImageFile,
     wish: Wish,
-    kept: Option<(Backup, PathBuf)>,
+    bus: &mut Bus,
     terminal: &mut Terminal,
 ) -> Result<Value, Error> {
-    update::load(session, via, image, wish.downgrade, terminal)?;
-    terminal.line(format!("the sensor runs version {}", image.version()))?;
-    let kept = match kept {
-        Some((backup, path)) => {
-            let path = path.display().to_string();
-            let count = restore::count_differences(session, &backup)?;
-            if count > 0 {
-                terminal.note(&Note::SettingsDiffer(Differing::of(count), path.clone()));
-            }
-            Some((path, count))
-        }
-        None => None,
-    };
-    Ok(report(image, true, kept))
+    let mut link = Link::new(bus.adapter()?, &terminal.stopped);
+    link.open(bus.options.rate, Mode::Active)?;
+    let mut session = Session::new(link, target, product);
+    let done = update::go_on(&mut session, via, image, wish.downgrade, terminal);
+    report(&ended(&mut session, done)?, None, terminal)
 }
 
 /// The file of the settings: beside the image file, with product and serial number or address.
@@ -270,15 +221,20 @@ fn backup_path(image: &Path, session: &Session, found: &Found) -> PathBuf {
     image.with_file_name(format!("{}-{unit}.toml", session.sheet.product.name))
 }
 
-/// The document of a sensor.
-fn report(image: &ImageFile, loaded: bool, kept: Option<(String, usize)>) -> Value {
-    let (backup, different) = kept.unzip();
-    json!({
-        "product": image.product(),
-        "version": image.version(),
-        "crc": image.header.body(),
-        "loaded": loaded,
-        "backup": backup,
-        "different": different,
-    })
+/// Tells what was done, and returns the document of a sensor.
+fn report(done: &Updated, backup: Option<String>, terminal: &mut Terminal) -> Result<Value, Error> {
+    let version = &done.version;
+    terminal.line(match (&done.before, done.loaded) {
+        (_, false) => format!("the sensor has version {version} already"),
+        (Some(before), true) => format!("the sensor runs version {version} (before: {before})"),
+        (None, true) => format!("the sensor runs version {version}"),
+    })?;
+    Ok(json!({
+        "product": done.product,
+        "version": version,
+        "crc": done.crc,
+        "loaded": done.loaded,
+        "backup": backup.filter(|_| done.loaded),
+        "different": done.different,
+    }))
 }

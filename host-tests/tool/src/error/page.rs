@@ -28,6 +28,8 @@ errors! {
         NoRandom(reason: String): Bus "no-random" = "no random numbers: {reason}", "keine Zufallszahlen: {reason}";
         SheetGone: Usage "unknown-product" = "the server does not have this data sheet any more: choose its file again",
             "der Server hat dieses Datenblatt nicht mehr: Wählen Sie die Datei noch einmal";
+        NotInCatalogue(product: String): Usage "wrong-image" = "the catalogue does not have the product {product} of the file: nothing has changed",
+            "der Katalog hat das Produkt {product} der Datei nicht: Nichts hat sich geändert";
         NotConnected: Usage "not-connected" = "there is no sensor: connect to one first", "kein Sensor: Verbinden Sie sich zuerst mit einem";
         SendsNothing: Usage "not-connected" = "nothing can be sent: connect in the mode active, or in the mode frames only",
             "es kann nichts gesendet werden: Verbinden Sie sich in der Betriebsart aktiv oder nur Frames";

@@ -1,19 +1,24 @@
 //! `update`: another program for a sensor with a bootloader.
 
-use crate::error::{Error, RequestError, SensorError, Silence, What};
+use super::restore;
+use crate::backup::Backup;
+use crate::error::{Differing, Error, RequestError, SensorError, Silence, What};
 use crate::identify;
-use crate::image::ImageFile;
+use crate::image::{self, ImageFile};
 use crate::link::Link;
-use crate::master::Target;
 use crate::master::canopen::sdo::{Answer, Server};
 use crate::master::canopen::{CONTROL, PROGRAM};
-use crate::note::Step;
+use crate::master::{Target, factory_target};
+use crate::note::{Note, Step};
 use crate::ops::rate;
 use crate::output::{Progress, Terminal};
+use crate::question::Question;
 use crate::session::Session;
 use plumbline::canopen::Abort;
+use plumbline::model::catalog::{PRODUCTS, Product};
 use plumbline::param::number;
 use plumbline::time::{Duration, after, millis};
+use serde::Serialize;
 use texts::Kind;
 
 /// The longest time until the bootloader answers. It searches the bit rate if it has no boot record.
@@ -24,6 +29,9 @@ const START: Duration = millis(10_000);
 
 /// The object of the image file (CiA 302-3).
 const FILE: (u16, u8) = (0x1F50, 1);
+
+/// The version of the present program; 0: there is none.
+const VERSION: (u16, u8) = (0x1018, 3);
 
 /// The values of 1F51h:01.
 const START_PROGRAM: u8 = 1;
@@ -43,6 +51,9 @@ const TRIES: u8 = 3;
 /// Objects that our bootloader does not have, and others do: name, software version, heartbeat.
 const ABSENT: [u16; 3] = [0x1008, 0x100A, 0x1017];
 
+/// The node-ID of a bootloader without a boot record.
+const BLANK: u8 = 127;
+
 /// What an update has found.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Before {
@@ -52,6 +63,112 @@ pub enum Before {
     Other,
     /// The bootloader waits for a program.
     Waits,
+}
+
+/// What an update has done.
+#[derive(Clone, PartialEq, Eq, Debug, Serialize)]
+pub struct Updated {
+    /// The product of the file.
+    pub product: String,
+    /// The version of the file.
+    pub version: String,
+    /// The version of the program before; None: there was none, or it is the program of the file.
+    pub before: Option<String>,
+    /// The CRC of the program.
+    pub crc: u32,
+    /// The file was loaded; false: the sensor has its program already.
+    pub loaded: bool,
+    /// The number of settings that differ from those before; None: they were not read before.
+    pub different: Option<usize>,
+}
+
+/// Reads the settings before an update; they are returned with the name of their file.
+pub(crate) type Keep<'a> =
+    dyn FnMut(&mut Session, &mut Terminal) -> Result<Option<(Backup, String)>, Error> + 'a;
+
+/// Updates the sensor of a session, which can wait in its bootloader. `downgrade` permits an older version without a question.
+pub(crate) fn update(
+    session: &mut Session,
+    image: &ImageFile,
+    downgrade: bool,
+    keep: &mut Keep,
+    terminal: &mut Terminal,
+) -> Result<Updated, Error> {
+    let before = check(session, image)?;
+    let mut kept = None;
+    match before {
+        Before::Same => return Ok(updated(image, None)),
+        Before::Waits => terminal.note(&Note::WaitsInBootloader),
+        Before::Other => {
+            kept = keep(session, terminal)?;
+            enter(session)?;
+        }
+    }
+    let target = session.target;
+    let mut done = go_on(session, target, image, downgrade, terminal)?;
+    if let Some((backup, file)) = kept {
+        let count = restore::count_differences(session, &backup)?;
+        if count > 0 {
+            terminal.note(&Note::SettingsDiffer(Differing::of(count), file));
+        }
+        done.different = Some(count);
+    }
+    Ok(done)
+}
+
+/// Loads the file over the bootloader that waits at this address.
+pub(crate) fn go_on(
+    session: &mut Session,
+    via: Target,
+    image: &ImageFile,
+    downgrade: bool,
+    terminal: &mut Terminal,
+) -> Result<Updated, Error> {
+    let before = load(session, via, image, downgrade, terminal)?;
+    Ok(updated(image, Some(before)))
+}
+
+/// The document: `loaded` has the version before.
+fn updated(image: &ImageFile, loaded: Option<Option<u32>>) -> Updated {
+    Updated {
+        product: image.product(),
+        version: image.version(),
+        before: loaded.flatten().map(image::version),
+        crc: image.header.body(),
+        loaded: loaded.is_some(),
+        different: None,
+    }
+}
+
+/// Where a bootloader waits for a program.
+#[derive(Clone, Copy)]
+pub(crate) struct Waiting {
+    /// The product of the file.
+    pub product: &'static Product,
+    /// The address of the program.
+    pub target: Target,
+    /// The address of the bootloader.
+    pub via: Target,
+    /// A board without a boot record: its bootloader is node 127, whatever the product.
+    pub is_blank: bool,
+}
+
+impl Waiting {
+    /// The sensor at this address, or at that as delivered. None: the catalogue does not have the product of the file.
+    pub fn of(image: &ImageFile, target: Option<Target>) -> Option<Self> {
+        let number = image.header.product();
+        let mut products = PRODUCTS.iter();
+        let product = products.find(|own| own.image.number() == number)?;
+        let delivered = factory_target(product)?;
+        let via = target.unwrap_or(delivered);
+        let is_blank = via.node_id() == Some(BLANK);
+        Some(Self {
+            product,
+            target: if is_blank { delivered } else { via },
+            via,
+            is_blank,
+        })
+    }
 }
 
 /// Checks that the file is for the sensor, and what runs in it.
@@ -91,7 +208,7 @@ pub fn enter(session: &mut Session) -> Result<(), Error> {
     target.enter_bootloader(session)
 }
 
-/// Loads the file over the bootloader at this address, starts it, and waits until it runs.
+/// Loads the file over the bootloader at this address, starts it, and waits until it runs. Returns the version before.
 ///
 /// # Errors
 /// The bootloader refuses the file, or does not answer, or the program does not start.
@@ -101,7 +218,7 @@ pub fn load(
     image: &ImageFile,
     downgrade: bool,
     terminal: &mut Terminal,
-) -> Result<(), Error> {
+) -> Result<Option<u32>, Error> {
     let server = via.bootloader(&mut session.link)?;
     let server = server.ok_or(Silence::Bootloader)?;
     let link = &mut session.link;
@@ -111,23 +228,37 @@ pub fn load(
     }
     // After a failure that of the present program, if it is still there. Without a reply, the program shows whether it has started.
     let started = control(link, server, START_PROGRAM);
-    loaded?;
+    let before = loaded?;
     match started {
         Err(failure) if failure.kind() != Kind::Silent => return Err(failure),
         _ => {}
     }
-    runs(session, image)
+    runs(session, image)?;
+    Ok(before)
 }
 
-/// Loads the file. A transfer that the bootloader has aborted because a frame was lost is repeated.
+/// Loads the file, and returns the version before. A transfer that the bootloader has aborted because a frame was lost is repeated.
 fn loaded(
     link: &mut Link,
     server: Server,
     image: &ImageFile,
     downgrade: bool,
     terminal: &mut Terminal,
-) -> Result<(), Error> {
+) -> Result<Option<u32>, Error> {
     wait(link, server)?;
+    let (index, sub) = VERSION;
+    let before = match server.read(link, index, sub)? {
+        Answer::Done(bytes) => Some(number(&bytes)).filter(|version| *version != 0),
+        _ => None,
+    };
+    let older = before.filter(|before| image.header.version() < *before);
+    let downgrade = match older {
+        Some(own) if !downgrade => terminal.ask(&Question::Downgrade {
+            file: image.version(),
+            own: image::version(own),
+        })?,
+        _ => downgrade,
+    };
     let mut tries = TRIES;
     loop {
         control(link, server, CLEAR)?;
@@ -145,13 +276,13 @@ fn loaded(
                 return Err(SensorError::ImageSigned.into());
             }
             Answer::Aborted(DAMAGED) => return Err(SensorError::ImageDamaged.into()),
-            answer => return answer.must(server, What::Program),
+            answer => return answer.must(server, What::Program).map(|()| before),
         }
     }
     let (index, sub) = PROGRAM;
     let crc = server.read(link, index, sub)?.must(server, What::Program)?;
     match number(&crc) == image.header.body() {
-        true => Ok(()),
+        true => Ok(before),
         false => Err(SensorError::ImageDamaged.into()),
     }
 }

@@ -49,6 +49,7 @@ pub const ASSETS: &[Asset] = &[
     asset!(JS, "texts.js"),
     asset!(JS, "trace.js"),
     asset!(JS, "transmit.js"),
+    asset!(JS, "update.js"),
     asset!(JS, "texts-de.js"),
     asset!(JS, "texts-en.js"),
     asset!("image/svg+xml", "icon.svg"),

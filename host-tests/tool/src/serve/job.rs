@@ -5,8 +5,9 @@ use super::sheets::{Kept, Sheets};
 use super::transmission::Transmit;
 use crate::cli::Options;
 use crate::connect::Wanted;
-use crate::error::{Error, PageError};
+use crate::error::{Error, FileError, PageError};
 use crate::identify;
+use crate::image::ImageFile;
 use crate::labels::Labels;
 use crate::master::Protocol;
 use crate::ops::Request;
@@ -202,6 +203,44 @@ pub struct Other {
     pub yes: Vec<Question>,
 }
 
+/// The job to load another program into a sensor.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Update {
+    /// The name of the image file, for the line.
+    pub name: String,
+    /// The image file.
+    pub image: Vec<u8>,
+    /// The settings before, as a file; they are compared with those after.
+    #[serde(default)]
+    pub backup: Option<String>,
+    /// Where a sensor waits in its bootloader; None: the sensor of the session.
+    #[serde(default)]
+    pub waiting: Option<Connect>,
+    /// The questions that were answered with yes.
+    #[serde(default)]
+    pub yes: Vec<Question>,
+}
+
+impl Update {
+    /// The image file.
+    ///
+    /// # Errors
+    /// It is not one, or it is damaged.
+    pub fn parse(&self) -> Result<ImageFile, Error> {
+        image(&self.name, self.image.clone())
+    }
+}
+
+/// An image file of a page.
+///
+/// # Errors
+/// It is not one, or it is damaged.
+pub fn image(name: &str, bytes: Vec<u8>) -> Result<ImageFile, Error> {
+    let bad = |why| FileError::Image(texts::shown(name), why).into();
+    ImageFile::parse(bytes).map_err(bad)
+}
+
 /// The job to make the offset of the mounting zero.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -225,6 +264,8 @@ pub enum Task {
     Scan(Scan),
     /// Run a command on the sensor.
     Run(Request),
+    /// Load another program into a sensor.
+    Update(Update),
     /// Make the offset of the mounting zero.
     Align(Align),
     /// Add or remove a sensor of the chart.

@@ -6,6 +6,7 @@ mod others;
 mod report;
 mod transmit;
 mod unsaved;
+mod update;
 mod which;
 
 use super::events::{Hub, Kind};
@@ -254,6 +255,7 @@ impl Worker {
             }
             Task::Scan(wanted) => self.scan(&wanted),
             Task::Run(request) => self.perform(&request),
+            Task::Update(wanted) => self.update(&wanted),
             Task::Align(wanted) => self.align(&wanted),
             Task::Chart(wanted) => self.chart(&wanted),
             Task::Transmit(wanted) => self.transmit(wanted),

@@ -20,7 +20,7 @@ use stm32_sim::board::Board;
 use stm32_sim::elf::Image;
 use stm32_sim::firmware;
 
-const SERIAL: u32 = 7;
+pub const SERIAL: u32 = 7;
 
 /// The name of the bootloader that checks signatures.
 const SIGNED: &str = "bootloader with signatures";
@@ -44,13 +44,13 @@ fn elf(name: &str) -> &'static [u8] {
 }
 
 /// A folder of a test with the image file of a program that is newer by this number of versions, or older.
-struct Files {
+pub struct Files {
     folder: PathBuf,
     product: &'static str,
 }
 
 impl Files {
-    fn new(product: &'static str, test: &str) -> Self {
+    pub fn new(product: &'static str, test: &str) -> Self {
         let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(format!("update-{test}"));
         let _ = fs::remove_dir_all(&folder);
         fs::create_dir_all(&folder).unwrap();
@@ -58,7 +58,7 @@ impl Files {
     }
 
     /// The program with four more bytes and this difference of its version.
-    fn image(&self, difference: i32) -> PathBuf {
+    pub fn image(&self, difference: i32) -> PathBuf {
         let own = ImageFile::of(elf(self.product)).unwrap();
         let mut body = own.bytes[SIZE..].to_vec();
         body.extend(difference.to_le_bytes());
@@ -79,7 +79,7 @@ impl Files {
     }
 
     /// The image file of the program that the sensors have.
-    fn same(&self) -> PathBuf {
+    pub fn same(&self) -> PathBuf {
         let path = self.folder.join(format!("{}.plu", self.product));
         fs::write(&path, ImageFile::of(elf(self.product)).unwrap().bytes).unwrap();
         path
@@ -92,7 +92,7 @@ impl Files {
 }
 
 /// A bus with a sensor with a bootloader and its program, which is on-line. Another node acknowledges.
-fn rig(product: &str) -> Rig {
+pub fn rig(product: &str) -> Rig {
     rig_behind(&Image::parse(elf("bootloader")).unwrap(), product)
 }
 
@@ -192,9 +192,16 @@ fn file_for_another_product_or_of_an_older_version_changes_nothing() {
         "{ended:?}"
     );
     let older = files.image(-1);
+    rig.says_yes = false;
     let ended = rig.tool(&line(&older, ""));
     assert_eq!(ended.code, 1, "{ended:?}");
     assert!(ended.notes.contains("--downgrade"), "{ended:?}");
+    let question = rig.questions.last().expect("a question");
+    assert!(
+        question.contains("the file has the older version"),
+        "{question}"
+    );
+    rig.says_yes = true;
     // The program of before runs again.
     rig.run(200);
     assert_eq!(rig.json(&line(&files.same(), ""))["loaded"], false);

@@ -2,7 +2,7 @@
 
 use super::{Answer, App, on_sensor, parse, work};
 use crate::error::{Error, PageError};
-use crate::serve::job::Task;
+use crate::serve::job::{self, Task};
 use axum::body::Bytes;
 use axum::extract::State;
 use axum::http::HeaderMap;
@@ -55,6 +55,30 @@ pub(super) async fn samples(State(app): State<Arc<App>>, body: Bytes) -> Answer 
         return Err(Error::from(PageError::Samples(MOST_SAMPLES)).into());
     }
     work(&app, Task::Samples(per_second)).await
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Image {
+    name: String,
+    image: Vec<u8>,
+}
+
+/// What an image file is for.
+pub(super) async fn image(body: Bytes) -> Answer {
+    let Image { name, image } = parse(&body)?;
+    let image = job::image(&name, image)?;
+    Ok(axum::Json(json!({
+        "product": image.product(),
+        "version": image.version(),
+        "board": image.board,
+        "signed": image.header.key() != 0,
+    })))
+}
+
+/// Loads another program into a sensor.
+pub(super) async fn update(State(app): State<Arc<App>>, headers: HeaderMap, body: Bytes) -> Answer {
+    on_sensor(&app, &headers, Task::Update(parse(&body)?)).await
 }
 
 /// Makes the offset of the mounting zero.

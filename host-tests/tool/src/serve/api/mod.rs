@@ -1,5 +1,5 @@
 //! The requests of the page. All bodies and answers are JSON; an error has the document of `--json`, and for the page `texts`, or `asks`.
-//! `run`, `align`, `backup` and `restore` have the number of their sensor in a header, and are refused if it is not the one that is connected. A tab
+//! `run`, `align`, `update`, `backup` and `restore` have the number of their sensor in a header, and are refused if it is not the one that is connected. A tab
 //! gives its name in a header, and is refused to act while another tab is in charge.
 //!
 //! | request | body | does |
@@ -15,6 +15,8 @@
 //! | `POST /api/stop` | `{}` | stops the running command |
 //! | `POST /api/run` | `"save"`, `{"zero": {"axis": "x"}}` | a command on the sensor |
 //! | `POST /api/align` | `{"save": true}` | the offset of the mounting, with the questions `turn` and `align` |
+//! | `POST /api/image` | `{"name": .., "image": [..]}` | what an image file is for |
+//! | `POST /api/update` | `{"name": .., "image": [..], "backup": "..", "waiting": null}` | loads it into the sensor, or into one that waits in its bootloader |
 //! | `POST /api/samples` | `{"perSecond": 200}` | the samples per second |
 //! | `POST /api/chart` | `{"add": {"protocol": .., "address": ..}}`, `{"remove": 2}` | the sensors in the chart beside the connected one |
 //! | `POST /api/transmit` | `{"add": {"frame": "181#0102", "every": 100}}`, `{"start": 1}`, `{"replay": {"text": .., ..}}` | the transmit list, and the replay of a log |
@@ -144,6 +146,7 @@ pub fn router(app: App) -> Router {
         .route("/scan", post(bus::scan))
         .route("/stop", post(bus::stop))
         .route("/run", post(bus::run))
+        .route("/update", post(bus::update))
         .route("/align", post(bus::align))
         .route("/samples", post(bus::samples))
         .route("/chart", post(bus::chart))
@@ -165,6 +168,7 @@ pub fn router(app: App) -> Router {
         .route("/parameters/{product}", get(catalog::parameters))
         .route("/eds", post(file::data_sheet))
         .route("/identity", post(identity::read))
+        .route("/image", post(bus::image))
         .route("/file", post(file::open))
         .route("/file/set", post(file::set))
         .fallback(nothing)

@@ -264,7 +264,7 @@ impl Worker {
     }
 
     /// Does something with the sensor of the session; the page shows its line, notes and result.
-    fn on_sensor<T>(
+    pub(super) fn on_sensor<T>(
         &mut self,
         words: Words,
         answers: &Answers,
@@ -290,7 +290,7 @@ impl Worker {
     }
 
     /// Shows the sensor after something that can have changed all of it.
-    fn follow<T>(&mut self, result: &Result<T, Error>) -> Result<(), Error> {
+    pub(super) fn follow<T>(&mut self, result: &Result<T, Error>) -> Result<(), Error> {
         let State::Active(live) = &mut self.state else {
             return Ok(());
         };
@@ -301,7 +301,7 @@ impl Worker {
                 return Ok(());
             }
             // Nothing was sent that changes something.
-            Err(failure) if failure.kind() == Refusal::Usage => {
+            Err(failure) if failure.kind() == Refusal::Usage && failure.questions().is_empty() => {
                 live.go_on();
                 return Ok(());
             }

@@ -21,4 +21,5 @@ mod stream;
 mod texts;
 mod transmit;
 mod unsaved;
+mod update;
 mod which;
