@@ -57,9 +57,7 @@ fn main() {
     println!("cargo:arguments={}", arguments.join(" "));
     // The program contains the code of several products, and is not flashed.
     println!("cargo:rustc-link-arg-bin=panic-free=--defsym=PANIC_FREE=1");
-    if is_f103 {
-        println!("cargo:rustc-link-arg-bin=bootloader=--defsym=BOOTLOADER=1");
-    }
+    println!("cargo:rustc-link-arg-bin=bootloader=--defsym=BOOTLOADER=1");
 }
 
 /// The linker script of two sections that are not loaded: the name of the board, and the product with its version, which the program

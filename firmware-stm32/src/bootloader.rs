@@ -1,13 +1,15 @@
 //! The bootloader: starts the program in its slot, or takes another one over CAN ([`plumbline::update`]).
 //!
 //! ```text
-//!  Blue Pill              Nucleo-F103RB
-//!  0800_0000   8 KiB      0800_0000   8 KiB   bootloader, write-protected by its option bytes
-//!  0800_2000  53 KiB      0800_2000  58 KiB   program: vectors, header (byte 512), code
-//!                         0801_0800  58 KiB   download
-//!  0800_F400   1 KiB      0801_F000   1 KiB   boot record
-//!  0800_F800   2 KiB      0801_F800   2 KiB   parameters and calibration, which an update does not change
+//!  Blue Pill              Nucleo-F103RB          Nucleo-F446RE
+//!  0800_0000   8 KiB      0800_0000   8 KiB      0800_0000   16 KiB   bootloader, write-protected by its option bytes
+//!  0800_2000  53 KiB      0800_2000  58 KiB      0802_0000  128 KiB   program: vectors, header (byte 512), code
+//!                         0801_0800  58 KiB      0804_0000  128 KiB   download
+//!  0800_F400   1 KiB      0801_F000   1 KiB      0806_0000    1 KiB   boot record
+//!  0800_F800   2 KiB      0801_F800   2 KiB      0800_8000   32 KiB   parameters and calibration, which an update does not change
 //! ```
+//!
+//! All three have one bank of flash: while it is erased or programmed, no code runs. The bootloader answers afterwards.
 //!
 //! After a reset it compares the CRC of the program, with the clock of the reset, and jumps to it. The program finds all registers as after a
 //! reset. If there is no complete program, or if the program has asked for an update in the [`mailbox`], the bootloader starts the clocks and

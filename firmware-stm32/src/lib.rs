@@ -17,6 +17,9 @@ compile_error!(
 #[cfg(all(target_os = "none", target_abi = "eabihf", feature = "stm32f103"))]
 compile_error!("the STM32F103 has no FPU: build it with --target thumbv7m-none-eabi");
 
+#[cfg(all(target_os = "none", feature = "signature", feature = "nucleo-f103rb"))]
+compile_error!("the bootloader of the Nucleo-F103RB has no room for signatures");
+
 /// For the macros of this crate.
 #[doc(hidden)]
 #[cfg(target_os = "none")]
@@ -43,7 +46,7 @@ pub mod silicon;
 pub mod app;
 #[cfg(board)]
 pub mod board;
-#[cfg(all(board, feature = "stm32f103"))]
+#[cfg(board)]
 pub mod bootloader;
 #[cfg(board)]
 pub mod can;
@@ -57,7 +60,7 @@ mod guard;
 mod kept;
 #[cfg(board)]
 pub mod link;
-#[cfg(all(board, feature = "stm32f103"))]
+#[cfg(board)]
 mod mailbox;
 #[cfg(board)]
 mod mem;

@@ -45,5 +45,19 @@ pub const NUCLEO_F103RB: Layout = Layout {
     key: 0x0800_1FC0,
 };
 
+/// Nucleo-F446RE: two slots of 128 KiB, sectors 5 and 6, behind 16 KiB for the bootloader, sector 0. The boot record is in sector 7.
+///
+/// Sectors 1 and 4 are not used. Sector 4 has 64 KiB, of which the IMS360 leaves 148 bytes; its erase is only 0.5 s shorter.
+pub const NUCLEO_F446RE: Layout = Layout {
+    name: "nucleo-f446re",
+    board: 3,
+    number: 3,
+    start: 0x0802_0000,
+    size: 128 * 1024,
+    download: Some(0x0804_0000),
+    record: 0x0806_0000,
+    key: 0x0800_3FC0,
+};
+
 /// All layouts.
-pub const LAYOUTS: [Layout; 2] = [BLUEPILL, NUCLEO_F103RB];
+pub const LAYOUTS: [Layout; 3] = [BLUEPILL, NUCLEO_F103RB, NUCLEO_F446RE];

@@ -39,10 +39,12 @@ use crate::flash::ParameterFlash;
 use crate::imu::mounting::Mounting;
 use crate::imu::{SpiError, Wires};
 use crate::silicon;
+use cortex_m::peripheral::SYST;
 use embedded_hal::spi::{MODE_0, SpiBus};
 use plumbline::node::Leds;
+use plumbline::update::layout::{self, Layout};
 use stm32f4xx_hal::gpio::{Output, PA5, PB1, PB10, PB12, PC6, PC7, PinState, Speed};
-pub(super) use stm32f4xx_hal::pac;
+pub(crate) use stm32f4xx_hal::pac;
 pub use stm32f4xx_hal::pac::Interrupt;
 use stm32f4xx_hal::pac::interrupt;
 use stm32f4xx_hal::prelude::*;
@@ -87,6 +89,9 @@ pub const CAN_TRANSMIT_INTERRUPT: pac::Interrupt = pac::Interrupt::CAN1_TX;
 
 /// CPUID of a microcontroller of ST.
 pub(super) const GENUINE_CPUID: u32 = silicon::STM32F446;
+
+/// The memory with a bootloader.
+pub const LAYOUT: Layout = layout::NUCLEO_F446RE;
 
 /// The mounting of the accelerometer.
 pub const MOUNTING: Mounting = Mounting::ALIGNED;
@@ -207,6 +212,36 @@ impl Board {
     }
 }
 
+/// What the bootloader needs of a board.
+pub struct Basis {
+    /// The timer of the core.
+    pub systick: SYST,
+    /// The watchdog, which runs.
+    pub watchdog: Watchdog,
+    /// The LEDs.
+    pub leds: StatusLeds,
+    /// The registers of the CAN controller.
+    pub can: CanPeripheral,
+}
+
+impl Basis {
+    /// Initialises watchdog, clocks and pins. The watchdog has its longest period: 4 s, at least 2.7 s. An erase of 128 KiB takes up to 2 s.
+    ///
+    /// # Safety
+    /// Call it only once: it takes all peripherals.
+    pub unsafe fn take() -> Self {
+        // SAFETY: as the caller promises.
+        let mut board = unsafe { Board::take() };
+        board.watchdog.set_period(0xFFF);
+        Self {
+            systick: board.systick,
+            watchdog: board.watchdog,
+            leds: board.leds,
+            can: board.can,
+        }
+    }
+}
+
 /// The clocks of the debug port run in sleep and stop mode. While a debugger halts the core, the watchdog and the timer of the heater stop.
 ///
 /// Call it also while the program runs: on an STM32F103 a write can have no effect without a debugger, and one can connect later.
@@ -314,6 +349,13 @@ pub fn reset_can() {
     let rcc = unsafe { pac::RCC::steal() };
     rcc.apb1rstr().write(|w| w.can1rst().set_bit());
     rcc.apb1rstr().write(|w| w.can1rst().clear_bit());
+}
+
+/// Switches the clock of the CRC unit on or off. It runs after a barrier.
+pub fn clock_crc_unit(on: bool) {
+    // SAFETY: the bootloader is the only code that uses this register.
+    let rcc = unsafe { pac::RCC::steal() };
+    rcc.ahb1enr().modify(|_, w| w.crcen().bit(on));
 }
 
 /// Enables the clock of [`PulseTimer`].

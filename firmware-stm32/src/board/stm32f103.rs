@@ -348,6 +348,13 @@ pub fn reset_can() {
     rcc.apb1rstr().write(|w| w.canrst().clear_bit());
 }
 
+/// Switches the clock of the CRC unit on or off. It runs after a barrier.
+pub fn clock_crc_unit(on: bool) {
+    // SAFETY: the bootloader is the only code that uses this register.
+    let rcc = unsafe { pac::RCC::steal() };
+    rcc.ahbenr().modify(|_, w| w.crcen().bit(on));
+}
+
 /// Enables the clock of [`PulseTimer`].
 pub fn enable_pulse_timer() {
     // SAFETY: the main loop is the only code that changes this register.

@@ -28,19 +28,24 @@ impl Watchdog {
     pub(super) fn start(registers: pac::IWDG) -> Self {
         let mut watchdog = Self(registers);
         watchdog.write_key(START);
-        watchdog.write_key(ACCESS);
+        watchdog.set_period(COUNTS);
+        watchdog
+    }
+
+    /// Sets the period in counts of 32 cycles of LSI, less one, and restarts the time.
+    pub(super) fn set_period(&mut self, counts: u32) {
+        self.write_key(ACCESS);
         // SAFETY: valid values of these registers.
         unsafe {
-            watchdog.0.pr().write(|w| w.bits(PRESCALER));
-            watchdog.0.rlr().write(|w| w.bits(COUNTS as u16));
+            self.0.pr().write(|w| w.bits(PRESCALER));
+            self.0.rlr().write(|w| w.bits(counts as u16));
         }
         for _ in 0..POLLS {
-            if watchdog.0.sr().read().bits() == 0 {
+            if self.0.sr().read().bits() == 0 {
                 break;
             }
         }
-        watchdog.feed();
-        watchdog
+        self.feed();
     }
 
     /// Restarts the time after which it resets the chip.

@@ -1,7 +1,7 @@
 //! The CAN controller of the bootloader: polled, with one filter and one mailbox.
 
 use crate::bit_timing::btr;
-use crate::board::{CanPeripheral, connect_transmitter, reset_can};
+use crate::board::{CanPeripheral, connect_transmitter, own_filters, reset_can};
 use plumbline::can::{BitRate, CanId};
 
 // CAN_MCR.
@@ -49,7 +49,8 @@ impl Can {
             can.mcr().write(|w| w.bits(INRQ));
             while can.msr().read().inak().bit_is_clear() {}
             can.btr().write(|w| w.bits(timing));
-            can.fmr().modify(|_, w| w.finit().set_bit());
+            can.fmr()
+                .modify(|fmr, w| w.bits(own_filters(fmr.bits())).finit().set_bit());
             can.fs1r().write(|w| w.bits(1));
             can.fb(0).fr1().write(|w| w.bits(request.map_or(0, place)));
             can.fb(0).fr2().write(|w| w.bits(request.map_or(0, |_| !1)));

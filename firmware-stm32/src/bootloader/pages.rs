@@ -1,6 +1,6 @@
 //! The pages of the flash: the slots of programs and the boot record.
 
-use crate::board::{Flash, LAYOUT, pac};
+use crate::board::{Flash, LAYOUT, clock_crc_unit, pac};
 use crate::flash::Sectors;
 #[cfg(feature = "signature")]
 use plumbline::update::PublicKey;
@@ -14,8 +14,10 @@ pub const DOWNLOAD: usize = match LAYOUT.download {
     Some(download) => download as usize,
     None => PROGRAM,
 };
-/// The size of a page in bytes.
-const PAGE: usize = 1024;
+/// The size of a page in bytes. Both slots and the boot record are whole pages.
+const PAGE: usize = <Flash<PROGRAM, 1> as Sectors>::SIZE;
+/// The part of its page that the boot record uses.
+const RECORD: usize = 1024;
 /// The number of pages up to that of the boot record.
 const COUNT: usize = (LAYOUT.record as usize - PROGRAM) / PAGE + 1;
 
@@ -41,9 +43,9 @@ impl<const START: usize> Pages<START> {
     }
 
     /// The contents of the page of the boot record.
-    fn record_page(&self) -> &[u8; PAGE] {
+    fn record_page(&self) -> &[u8; RECORD] {
         // SAFETY: flash, which is always readable, and does not change while this is borrowed.
-        unsafe { &*(LAYOUT.record as *const [u8; PAGE]) }
+        unsafe { &*(LAYOUT.record as *const [u8; RECORD]) }
     }
 
     /// The newest boot record.
@@ -109,11 +111,12 @@ impl<const START: usize> Slot for Pages<START> {
 
 /// By the CRC unit, which takes a word in four cycles. Its clock is off afterwards, as after a reset.
 pub fn crc(parts: &[&[u8]]) -> u32 {
-    // SAFETY: this is the only code that uses them.
-    let (rcc, unit) = unsafe { (pac::RCC::steal(), pac::CRC::steal()) };
-    rcc.ahbenr().modify(|_, w| w.crcen().set_bit());
+    // SAFETY: this is the only code that uses it.
+    let unit = unsafe { pac::CRC::steal() };
+    clock_crc_unit(true);
     cortex_m::asm::dsb();
-    unit.cr().write(|w| w.reset().set_bit());
+    // SAFETY: RESET is bit 0.
+    unit.cr().write(|w| unsafe { w.bits(1) });
     for part in parts {
         for word in part.as_chunks().0 {
             // SAFETY: all values of the register are valid.
@@ -122,6 +125,6 @@ pub fn crc(parts: &[&[u8]]) -> u32 {
         }
     }
     let crc = unit.dr().read().bits();
-    rcc.ahbenr().modify(|_, w| w.crcen().clear_bit());
+    clock_crc_unit(false);
     crc
 }

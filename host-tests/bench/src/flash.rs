@@ -55,6 +55,7 @@ pub struct Flash {
     worn: Vec<usize>,
     programmed: u64,
     erased: u64,
+    operations: u64,
     last: Option<usize>,
     random: u64,
 }
@@ -97,6 +98,7 @@ impl Flash {
             worn: Vec::new(),
             programmed: 0,
             erased: 0,
+            operations: 0,
             last: None,
             random: 0x9E37_79B9_7F4A_7C15,
         }
@@ -151,6 +153,11 @@ impl Flash {
     /// The number of pages that were erased since the start.
     pub fn erased(&self) -> u64 {
         self.erased
+    }
+
+    /// The number of units that were programmed and pages that were erased since the start, with those in which the power was cut.
+    pub fn operations(&self) -> u64 {
+        self.operations
     }
 
     /// Changes bytes in the memory and in the file; in neither when the file cannot be written.

@@ -124,9 +124,10 @@ impl FlashInterface {
     /// # Panics
     /// When the content is not that of whole pages.
     pub fn open_slot(&mut self, content: Vec<u8>) {
-        let page_size = self.parameters.geometry().page_size;
+        let page_size = self.chip.facts().slot_page;
         let geometry = Geometry {
             pages: content.len() / page_size,
+            page_size,
             ..self.parameters.geometry()
         };
         self.slot = Some(Flash::with_content(geometry, content));
@@ -329,7 +330,11 @@ impl FlashInterface {
         if self.area(address).is_none() {
             return false;
         }
-        let duration = self.times.erase[self.parallelism()];
+        let times = match self.board.facts().parameters.contains(&address) {
+            true => self.times.erase,
+            false => self.times.erase_of_slot,
+        };
+        let duration = times[self.parallelism()];
         self.check_supply(now, duration, violations);
         let Some((memory, at)) = self.area(address) else {
             return false;

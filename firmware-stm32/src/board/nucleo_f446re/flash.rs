@@ -1,22 +1,29 @@
-//! The parameter memory: the flash of the STM32F446.
+//! Erasing and programming the flash (RM0390).
 
 use crate::board::{pac, supply_is_low};
 use crate::flash::Sectors;
 use embedded_storage::nor_flash::NorFlashErrorKind;
 
-/// Sectors 2 and 3 of the flash. regions.x excludes them from the program memory.
+/// `COUNT` sectors of the flash from the address `START` on. regions.x excludes them from the program memory. The default is the parameter
+/// memory: sectors 2 and 3.
 ///
 /// It uses the registers directly, because the HAL erases 128 KiB at a time, programs single bytes and does not reset the data
 /// cache.
-pub struct Flash(pac::FLASH);
+pub struct Flash<const START: usize = 0x0800_8000, const COUNT: usize = 2>(pac::FLASH);
 
-/// The number of the first sector.
-const FIRST_SECTOR: u8 = 2;
+impl<const START: usize, const COUNT: usize> Flash<START, COUNT> {
+    /// The number of the first sector, and the size of all of them: sectors 0 to 3 have 16 KiB, sectors 5 to 7 have 128 KiB (RM0390).
+    const SECTORS: (u8, usize) = match START {
+        0x0800_8000 => (2, 16 * 1024),
+        0x0802_0000 => (5, 128 * 1024),
+        _ => panic!("an area of the flash begins with sector 2 or 5"),
+    };
+}
 
-impl Sectors for Flash {
-    const START: usize = 0x0800_8000;
-    const SIZE: usize = 16 * 1024;
-    const COUNT: usize = 2;
+impl<const START: usize, const COUNT: usize> Sectors for Flash<START, COUNT> {
+    const START: usize = START;
+    const SIZE: usize = Self::SECTORS.1;
+    const COUNT: usize = COUNT;
     const WRITE_SIZE: usize = 4;
 
     fn erase(&mut self, sector: usize) -> Result<(), NorFlashErrorKind> {
@@ -29,8 +36,8 @@ impl Sectors for Flash {
             w.lock().clear_bit();
             w.psize().psize32();
             w.ser().set_bit();
-            // SAFETY: sectors 0 to 7 exist, and this is 2 or 3.
-            unsafe { w.snb().bits(FIRST_SECTOR + sector as u8) }
+            // SAFETY: sectors 0 to 7 exist, and the area ends with the last one at most.
+            unsafe { w.snb().bits(Self::SECTORS.0 + sector as u8) }
         });
         self.0.cr().modify(|_, w| w.strt().set_bit());
         let result = self.finish();
@@ -42,31 +49,68 @@ impl Sectors for Flash {
         result
     }
 
+    /// Units of words, and of a half-word where no whole word is left, so that also multiples of 2 can be programmed. All are compared
+    /// with what is read back.
     fn program(&mut self, offset: usize, bytes: &[u8]) -> Result<(), NorFlashErrorKind> {
-        let (words, _) = bytes.as_chunks::<4>();
-        for (index, word) in words.iter().enumerate() {
+        let mut address = START + offset;
+        let mut rest = bytes;
+        while let Some((half, after)) = rest.split_first_chunk() {
             if supply_is_low() {
                 return Err(NorFlashErrorKind::Other);
             }
-            self.unlock();
-            self.0.cr().write(|w| {
-                w.lock().clear_bit();
-                w.psize().psize32();
-                w.pg().set_bit()
-            });
-            let address = (Self::START + offset + 4 * index) as *mut u32;
-            // SAFETY: the caller has checked that the word is aligned and inside the parameter area, which contains no other
-            // data. With PG set, a store there programs the flash.
-            unsafe { address.write_volatile(u32::from_ne_bytes(*word)) };
-            self.finish()?;
+            let word = rest
+                .split_first_chunk()
+                .filter(|_| address.is_multiple_of(4));
+            (address, rest) = match word {
+                Some((word, after)) => (self.program_word(address, *word)?, after),
+                None => (self.program_half_word(address, *half)?, after),
+            };
         }
         Ok(())
     }
 }
 
-impl Flash {
-    pub(super) fn new(registers: pac::FLASH) -> Self {
+impl<const START: usize, const COUNT: usize> Flash<START, COUNT> {
+    pub(crate) fn new(registers: pac::FLASH) -> Self {
         Self(registers)
+    }
+
+    /// Programs a word at this address and returns the address after it.
+    fn program_word(&mut self, address: usize, word: [u8; 4]) -> Result<usize, NorFlashErrorKind> {
+        let (place, word) = (address as *mut u32, u32::from_le_bytes(word));
+        self.unlock();
+        self.0.cr().write(|w| {
+            w.lock().clear_bit();
+            w.psize().psize32();
+            w.pg().set_bit()
+        });
+        // SAFETY: the word is aligned and inside the area, which contains no other data. With PG set, a store there programs the flash.
+        unsafe { place.write_volatile(word) };
+        self.finish()?;
+        // SAFETY: as above.
+        let read = unsafe { place.read_volatile() };
+        compared(read == word, address + 4)
+    }
+
+    /// Programs a half-word at this address and returns the address after it.
+    fn program_half_word(
+        &mut self,
+        address: usize,
+        half: [u8; 2],
+    ) -> Result<usize, NorFlashErrorKind> {
+        let (place, half) = (address as *mut u16, u16::from_le_bytes(half));
+        self.unlock();
+        self.0.cr().write(|w| {
+            w.lock().clear_bit();
+            w.psize().psize16();
+            w.pg().set_bit()
+        });
+        // SAFETY: as for a word.
+        unsafe { place.write_volatile(half) };
+        self.finish()?;
+        // SAFETY: as above.
+        let read = unsafe { place.read_volatile() };
+        compared(read == half, address + 2)
     }
 
     /// Unlocks the control register and clears earlier errors, which would otherwise be reported for this operation.
@@ -90,6 +134,14 @@ impl Flash {
         } else {
             Err(NorFlashErrorKind::Other)
         }
+    }
+}
+
+/// The next address, if the unit before it has its value.
+fn compared(same: bool, next: usize) -> Result<usize, NorFlashErrorKind> {
+    match same {
+        true => Ok(next),
+        false => Err(NorFlashErrorKind::Other),
     }
 }
 

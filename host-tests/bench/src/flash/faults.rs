@@ -107,6 +107,7 @@ impl Flash {
 
     /// Counts an operation; true when the fuse blows in it.
     pub(super) fn operation_blows(&mut self) -> bool {
+        self.operations += 1;
         match &mut self.fuse {
             Some(Fuse::Operation(0)) => self.cut = true,
             Some(Fuse::Operation(others)) => *others -= 1,

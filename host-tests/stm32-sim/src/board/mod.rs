@@ -40,7 +40,7 @@ pub struct Facts {
     pub program: &'static [Range<u32>],
     /// The flash of the parameters.
     pub parameters: Range<u32>,
-    /// The flash that a bootloader can change: its program and its boot record. Empty: the board has no bootloader.
+    /// The flash that a bootloader can change: its program and its boot record.
     pub slot: Range<u32>,
     /// HSE is a clock from the ST-LINK; otherwise a crystal.
     pub has_external_clock: bool,

@@ -15,7 +15,8 @@ pub const FACTS: Facts = Facts {
     program: &[0x0800_0000..0x0800_8000, 0x0801_0000..0x0808_0000],
     // Sectors 2 and 3 (RM0390, table 5).
     parameters: 0x0800_8000..0x0801_0000,
-    slot: 0..0,
+    // Sectors 5 to 7: a program, a download and the boot record behind a bootloader.
+    slot: 0x0802_0000..0x0808_0000,
     has_external_clock: true,
     spi: Spi::Spi2,
     supply_channel: 10,

@@ -14,6 +14,7 @@ pub const FACTS: Facts = Facts {
     // DS5319, figure 11.
     ram: 20 * 1024,
     geometry: Geometry::STM32F103,
+    slot_page: 1024,
     // DS5319, embedded reset and power control block characteristics, and flash memory characteristics (Vprog).
     supply: Limits {
         power_down: ([1800, 1880, 1960], 40),
@@ -33,9 +34,9 @@ pub const FACTS: Facts = Facts {
     },
     // DS5319, flash memory characteristics. The datasheet gives no typical time of an erase.
     flash_times: [
-        Times::of(40_000, [20; 3]),
-        Times::of(52_500, [30; 3]),
-        Times::of(70_000, [40; 3]),
+        Times::of(40_000, [20; 3], [20; 3]),
+        Times::of(52_500, [30; 3], [30; 3]),
+        Times::of(70_000, [40; 3], [40; 3]),
     ],
     // PM0075, section 2.3.
     flash_needs_hsi: true,
@@ -60,7 +61,6 @@ pub(super) fn module(base: u32) -> Option<Module> {
         0x4001_2400 => Module::Adc,
         0x4002_1000 => Module::Rcc,
         0x4002_2000 => Module::Flash,
-        0x4002_3000 => Module::Crc,
         _ => return None,
     })
 }

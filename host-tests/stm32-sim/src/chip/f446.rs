@@ -14,6 +14,7 @@ pub const FACTS: Facts = Facts {
     // RM0390, section 2.2.3: SRAM1 and SRAM2 follow each other.
     ram: 128 * 1024,
     geometry: Geometry::STM32F446,
+    slot_page: 128 * 1024,
     // DS10693, embedded reset and power control block characteristics; RM0390, section 3.6.2, program/erase parallelism.
     supply: Limits {
         power_down: ([1600, 1680, 1760], 40),
@@ -32,11 +33,11 @@ pub const FACTS: Facts = Facts {
         detector_hysteresis: 100,
         programming: [1800, 2100, 2700],
     },
-    // DS10693, flash memory programming; the time to erase is that of a sector of 16 KiB. The datasheet gives no shortest times.
+    // DS10693, flash memory programming; the times to erase are those of a sector of 16 KiB and of 128 KiB. The datasheet gives no shortest times.
     flash_times: [
-        Times::of(16_000, [400, 300, 250]),
-        Times::of(16_000, [400, 300, 250]),
-        Times::of(100_000, [800, 600, 500]),
+        Times::of(16_000, [400, 300, 250], [2000, 1300, 1000]),
+        Times::of(16_000, [400, 300, 250], [2000, 1300, 1000]),
+        Times::of(100_000, [800, 600, 500], [4000, 2600, 2000]),
     ],
     // RM0390, chapter 3, does not require HSI.
     flash_needs_hsi: false,
@@ -69,6 +70,7 @@ pub(super) fn gate(module: Module) -> Option<Gate> {
     match module {
         Module::Gpio(port) => Some(Gate::Ahb1(port as u8)),
         Module::Adc => Some(Gate::Apb2(8)),
+        Module::Crc => Some(Gate::Ahb1(12)),
         _ => None,
     }
 }

@@ -35,6 +35,8 @@ pub struct Facts {
     pub ram: usize,
     /// The pages of the parameters.
     pub geometry: Geometry,
+    /// The size of the pages that a bootloader can change, in bytes.
+    pub slot_page: usize,
     /// The limits and thresholds of the supply.
     pub supply: Limits,
     /// The times of the flash: shortest, typical, longest.
@@ -106,6 +108,7 @@ impl Chip {
             (0x4000_6400, _) => Some(Module::Can),
             (0x4000_7000, _) => Some(Module::Pwr),
             (dbgmcu::BASE, _) => Some(Module::Dbgmcu),
+            (0x4002_3000, _) => Some(Module::Crc),
             (_, Self::F103) => f103::module(base),
             (_, Self::F446) => f446::module(base),
         }

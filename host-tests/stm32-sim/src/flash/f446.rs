@@ -67,8 +67,17 @@ pub(super) const CONTROL: Control = Control {
 /// FLASH_OPTCR of a part without protection, locked, with brown-out level 3 as in the README. The value of a new part is 0FFFAAEDh.
 const OPTION_CONTROL: u32 = 0x0FFF_AAE1;
 
-/// The size of sectors 0 to 3.
-const SMALL_SECTOR: u32 = 16 * 1024;
+/// The addresses of the sectors (RM0390, table 5).
+const SECTORS: [u32; 8] = [
+    0x0800_0000,
+    0x0800_4000,
+    0x0800_8000,
+    0x0800_C000,
+    0x0801_0000,
+    0x0802_0000,
+    0x0804_0000,
+    0x0806_0000,
+];
 
 impl FlashInterface {
     /// Reads a register that is not the same on both chips.
@@ -122,9 +131,8 @@ impl FlashInterface {
     /// Erases the sector of FLASH_CR.SNB.
     pub(super) fn erase_f446(&mut self, now: Picoseconds, violations: &mut Violations) {
         let sector = (self.cr & SECTOR) >> 3;
-        let address = 0x0800_0000 + sector * SMALL_SECTOR;
-        // Sectors 2 and 3 are the parameters; the others are larger or contain the program.
-        if self.erase_page(now, address, violations) {
+        let address = SECTORS.get(sector as usize);
+        if address.is_some_and(|address| self.erase_page(now, *address, violations)) {
             self.stale = self.acr & DATA_CACHE != 0;
         } else {
             violations.add("FLASH_CR", "a sector of the program is erased");

@@ -11,6 +11,8 @@ pub struct Times {
     pub program: Picoseconds,
     /// The time to erase a parameter page by bytes, half-words, words. On the STM32F103 all three are equal.
     pub erase: [Picoseconds; 3],
+    /// The same for a page that a bootloader can change.
+    pub erase_of_slot: [Picoseconds; 3],
 }
 
 impl Times {
@@ -29,19 +31,23 @@ impl Times {
         chip.facts().flash_times[2]
     }
 
-    /// From `program` in nanoseconds and `erase` in milliseconds.
-    pub(crate) const fn of(program: u64, erase: [u64; 3]) -> Self {
-        const MILLISECOND: Picoseconds = 1000 * MICROSECOND;
-        let [bytes, half_words, words] = erase;
+    /// From `program` in nanoseconds, `erase` and `erase_of_slot` in milliseconds.
+    pub(crate) const fn of(program: u64, erase: [u64; 3], erase_of_slot: [u64; 3]) -> Self {
         Self {
             program: program * 1000,
-            erase: [
-                bytes * MILLISECOND,
-                half_words * MILLISECOND,
-                words * MILLISECOND,
-            ],
+            erase: milliseconds(erase),
+            erase_of_slot: milliseconds(erase_of_slot),
         }
     }
+}
+
+const fn milliseconds([bytes, half_words, words]: [u64; 3]) -> [Picoseconds; 3] {
+    const MILLISECOND: Picoseconds = 1000 * MICROSECOND;
+    [
+        bytes * MILLISECOND,
+        half_words * MILLISECOND,
+        words * MILLISECOND,
+    ]
 }
 
 /// An operation of the flash. The machine changes the memory of the processor accordingly and stalls the processor, which fetches

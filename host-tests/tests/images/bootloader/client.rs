@@ -1,12 +1,15 @@
 //! A client of the bootloader: SDO on two identifiers.
 
-use crate::rig::Rig;
+use crate::rig::{Rig, chip};
 use plumbline::can::{CanId, Frame};
 use plumbline::update::Contact;
+use stm32_sim::flash::Times;
 
 /// The longest time of an answer in ms: a block of 217 bytes erases a page and programs 128 half-words; at 10 kbit/s the frames of the
 /// block take 400 ms.
-const PATIENCE: u64 = 600;
+fn patience() -> u64 {
+    560 + Times::longest(chip()).erase_of_slot[2] / 1_000_000_000
+}
 
 /// Segments in a block.
 const BLOCK: usize = 31;
@@ -68,7 +71,7 @@ impl<'a> Client<'a> {
 
     /// The next frame of the sensor; None: the power was cut, or none comes in time.
     fn next(&mut self) -> Option<[u8; 8]> {
-        for step in 1..=PATIENCE * 10 {
+        for step in 1..=patience() * 10 {
             self.rig.run_us(100);
             self.slowest = self.slowest.max(step * 100);
             if let Some(frame) = self.rig.frames().first() {

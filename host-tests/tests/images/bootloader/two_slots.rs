@@ -46,7 +46,7 @@ fn content(rig: &mut Rig) -> Vec<u8> {
 
 /// Some of these operations, and the last ones.
 fn some(all: u64) -> impl Iterator<Item = u64> {
-    let step = effort::choose(307, 1);
+    let step = effort::choose(all as usize / 5, 1);
     (0..all - 4).step_by(step).chain(all - 4..all)
 }
 
@@ -57,7 +57,8 @@ fn power_up(rig: &mut Rig, operation: Option<u64>) {
     if let Some(operation) = operation {
         cut(rig, operation);
     }
-    rig.run(600);
+    // A copy erases a page of an STM32F446, or three pages of an STM32F103.
+    rig.run(500 + Times::typical(chip()).erase_of_slot[2] / 1_000_000_000);
     for _ in resets + 1..rig.microcontroller().resets().len() {
         // After a copy.
         rig.expect_reset(ResetCause::Software);
@@ -185,21 +186,48 @@ fn old_program_stays_until_the_new_one_is_copied() {
     rig.expect(BOOT_UP, START);
 }
 
-/// The tests on each board with two slots.
-macro_rules! on {
-    ($on:path: $($test:ident),+) => {
-        $(#[test]
-        #[ignore = "another board or other silicon: `.ci/run boards`"]
-        fn $test() {
-            $on(super::$test);
-        })+
-    };
+fn image_for_another_product_or_board_is_refused_before_an_erase() {
+    let rate = BitRate::M1;
+    let mut rig = waiting(rate);
+    let own = loop_file(LENGTH, 0x5A, 2);
+    let (header, body) = own.split_at(SIZE);
+    let own = header.first_chunk().and_then(Header::parse).expect("one");
+    let others = [
+        (own.product() + 1, own.board(), own.layout()),
+        (own.product(), own.board() + 1, own.layout()),
+        (own.product(), own.board(), own.layout() + 1),
+    ];
+    for (product, board, layout) in others {
+        let contents = Contents {
+            product,
+            board,
+            layout,
+            key: 0,
+            version: 2,
+            hash: [0; 32],
+        };
+        let header = Header::new(&contents, body).expect("a first page");
+        let file = [header.bytes(), body].concat();
+        is_refused(&mut rig, rate, &file, 0x0609_0030);
+    }
+    assert!(!starts_new(&mut rig, "no cut"));
 }
 
 mod nucleo_f103 {
     on! {
         crate::rig::on_the_nucleo_f103:
         old_program_stays_until_the_new_one_is_copied,
+        image_for_another_product_or_board_is_refused_before_an_erase,
+        power_cut_in_a_download_leaves_a_whole_program,
+        power_cut_in_a_copy_repeats_it
+    }
+}
+
+mod nucleo_f446 {
+    on! {
+        crate::rig::on_the_nucleo:
+        old_program_stays_until_the_new_one_is_copied,
+        image_for_another_product_or_board_is_refused_before_an_erase,
         power_cut_in_a_download_leaves_a_whole_program,
         power_cut_in_a_copy_repeats_it
     }
