@@ -5,6 +5,8 @@
 //! more have come. Then it is compared with the curve through the two values before and the two behind it: a polynomial of third degree,
 //! which meets vibration up to some 100 Hz. It is corrected if a power of two takes each axis back there that is beside the curve.
 //!
+//! A line whose contact is open for some bytes reads as FFh or 00h. If the tag was not among them, an axis with such bytes is put on the curve.
+//!
 //! What is beside the curve depends on the last 20 ms: at rest more than `FLOOR`, under vibration more than twice the largest distance. The
 //! tolerance of the power of two is at most `FLOOR`. So a shock or a vibration is seldom corrected, and its mean stays right.
 //!
@@ -69,12 +71,13 @@ impl Axis {
         (value - last).abs() > floor
     }
 
-    /// Compares the first value that is held with the curve, and returns its distance. `wrong` becomes the power of two that takes it back
-    /// there; 0 if there is none, or if the value is not beyond both neighbours.
+    /// Compares the first value that is held, of `width` bits, with the curve, and returns its distance. `wrong` becomes the power of two that
+    /// takes it back there, or the distance if the line was open; 0 if neither, or if the value is not beyond both neighbours.
     #[inline(never)]
-    fn judge(&mut self, tolerance: i32, floor: i32) -> i32 {
+    fn judge(&mut self, tolerance: i32, floor: i32, width: u32) -> i32 {
         let [earliest, earlier, value, later, latest] = self.window;
-        let distance = value - (4 * (earlier + later) - earliest - latest) / 6;
+        let curve = (4 * (earlier + later) - earliest - latest) / 6;
+        let distance = value - curve;
         let power = nearest_power(distance, tolerance);
         let swing = 2 * value - earlier - later;
         let is_steady = swing.abs() > 2 * SMALL * floor
@@ -87,10 +90,14 @@ impl Axis {
         };
         self.swing = swing;
         let is_beyond = (value - earlier) ^ distance >= 0 && (value - later) ^ distance >= 0;
-        self.wrong = if is_beyond {
-            power * distance.signum()
-        } else {
+        // Not in a shock, which can have such values too.
+        let is_calm = (curve - earliest).abs() <= floor && (curve - latest).abs() <= floor;
+        self.wrong = if !is_beyond {
             0
+        } else if power == 0 && is_calm && is_open(value, curve, width, tolerance) {
+            distance
+        } else {
+            power * distance.signum()
         };
         distance
     }
@@ -117,9 +124,31 @@ fn nearest_power(distance: i32, tolerance: i32) -> i32 {
     }
 }
 
-/// The values of three axes, within +-2^27. `FLOOR` is a step that the noise does not exceed.
+/// Whether `value` is `right` with one or more bytes in a row that are all FFh or all 00h. The bytes are those of a number of `width` bits.
+#[inline(never)]
+fn is_open(value: i32, right: i32, width: u32, tolerance: i32) -> bool {
+    let mut end = width;
+    while end >= 8 {
+        let mut begin = end;
+        while begin >= 8 {
+            begin -= 8;
+            let bytes = (1 << end) - (1 << begin);
+            for level in [0, bytes] {
+                let unused = 32 - width;
+                let received = (right & !bytes | level) << unused >> unused;
+                if value & bytes == level && (value - received).abs() <= tolerance {
+                    return true;
+                }
+            }
+        }
+        end -= 8;
+    }
+    false
+}
+
+/// The values of three axes, signed numbers of `WIDTH` bits, at most 28. `FLOOR` is a step that the noise does not exceed.
 #[derive(Clone, Debug)]
-pub struct Values<const FLOOR: i32> {
+pub struct Values<const FLOOR: i32, const WIDTH: u32> {
     axes: [Axis; 3],
     /// The number of values that are not released.
     held: usize,
@@ -129,7 +158,7 @@ pub struct Values<const FLOOR: i32> {
     wrong: i32,
 }
 
-impl<const FLOOR: i32> Values<FLOOR> {
+impl<const FLOOR: i32, const WIDTH: u32> Values<FLOOR, WIDTH> {
     /// Before the first value.
     pub const INITIAL: Self = Self {
         axes: [Axis::INITIAL; 3],
@@ -192,13 +221,13 @@ impl<const FLOOR: i32> Values<FLOOR> {
         Some(released)
     }
 
-    /// True if the first value that is held has wrong bits to be corrected: a power of two takes each axis back that is beside the curve.
+    /// True if the first value that is held is to be corrected: each axis that is beside the curve can be taken back.
     fn judge(&mut self) -> bool {
         let limit = FLOOR.max(self.distance * 2);
         let tolerance = self.distance.clamp(FLOOR / 2, FLOOR);
         let (mut corrects, mut is_signal) = (false, false);
         for axis in &mut self.axes {
-            let distance = axis.judge(tolerance, FLOOR);
+            let distance = axis.judge(tolerance, FLOOR, WIDTH);
             self.distance = self.distance.max(distance.abs());
             if distance.abs() <= limit {
                 axis.wrong = 0;

@@ -186,6 +186,11 @@ impl Adxl355 {
         self.line.set_rate(rate, seed);
     }
 
+    /// Replaces the next `count` bytes that it sends after `skipped` more ones by this value: the contact of the line is open for a moment.
+    pub fn open_line(&mut self, skipped: u32, count: u32, value: u8) {
+        self.line.open(skipped, count, value);
+    }
+
     /// PARTID: EDh, or E9h of an ADXL359.
     pub fn set_part(&mut self, part: u8) {
         self.part = part;

@@ -276,6 +276,42 @@ fn momentary_disturbance_changes_neither_status_nor_angle() {
     }
 }
 
+/// What a line reads as whose contact is open for a moment, and for how many bytes.
+pub const OPEN_LINES: [(u8, u32); 12] = [
+    (0xFF, 1),
+    (0xFF, 2),
+    (0xFF, 3),
+    (0xFF, 5),
+    (0xFF, 8),
+    (0xFF, 40),
+    (0x00, 1),
+    (0x00, 2),
+    (0x00, 3),
+    (0x00, 5),
+    (0x00, 8),
+    (0x00, 40),
+];
+
+/// Beginning with each byte of a reading.
+#[test]
+fn line_that_is_open_for_a_moment_is_reported_or_leaves_the_angle_right() {
+    let mut rig = quick();
+    // A normal run has one of the cases at each place.
+    let share = effort::choose(OPEN_LINES.len(), 1);
+    for skipped in 0..45 {
+        for (number, (level, count)) in OPEN_LINES.into_iter().enumerate() {
+            if !(skipped as usize + number).is_multiple_of(share) {
+                continue;
+            }
+            rig.io().0.imu.open_line(skipped, count, level);
+            let name = format!("{level:02X}h in {count} bytes after {skipped}");
+            polls_with_bit_errors(&mut rig, 150, &name);
+            // Until an error is a single one again.
+            rig.run(1_200);
+        }
+    }
+}
+
 /// A disturbed register of the part. The control registers are 10h to 17h; BOOT and SW_RESET return to 0.
 #[test]
 fn disturbed_register_of_the_accelerometer_is_restored_without_a_wrong_angle() {

@@ -29,6 +29,9 @@ const FIFO_ENTRIES: u8 = 96;
 /// The largest step between two values at rest, for [`Values`](crate::imu::values::Values): 4 mg. The noise is 23 counts.
 pub const FLOOR: i32 = 256 << 8;
 
+/// The number of bits of a value with its fractional bits, for [`Values`](crate::imu::values::Values).
+pub const WIDTH: u32 = 28;
+
 /// Bits of STATUS.
 const FIFO_OVERRUN: u8 = 1 << 2;
 const NVM_BUSY: u8 = 1 << 4;

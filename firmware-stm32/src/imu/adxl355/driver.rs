@@ -1,6 +1,6 @@
 //! The state of the driver: finding the part, its reset, settling, and the self-test.
 
-use super::counts::{FLOOR, VALUE};
+use super::counts::{FLOOR, VALUE, WIDTH};
 use super::registers::{Shadows, reading};
 use crate::board::ImuWires;
 use crate::imu::Element;
@@ -62,7 +62,7 @@ pub struct Adxl355<const TESTS: usize> {
     pub(super) words: Words<VALUE>,
     /// The judgement of the line, and of the values.
     pub(super) line: Line<MEMORY>,
-    pub(super) values: Values<FLOOR>,
+    pub(super) values: Values<FLOOR, WIDTH>,
     pub(super) resampler: Resampler<i32, 0, TAPS_1000>,
     /// The number of values since the start, modulo 2^32.
     pub(super) taken: u32,

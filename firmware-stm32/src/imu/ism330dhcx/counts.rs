@@ -102,6 +102,9 @@ pub fn is_clipped(counts: [i32; 3]) -> bool {
 /// counts (60 ug/rtHz).
 pub const FLOOR: i32 = 64;
 
+/// The number of bits of a value, for [`Values`](crate::imu::values::Values).
+pub const WIDTH: u32 = 16;
+
 /// The largest step between two temperatures in counts: 1 degC in 19 ms. A larger one is an error of the line.
 pub const TEMPERATURE_STEP: u16 = 256;
 

@@ -1,6 +1,6 @@
 //! The state of the driver: finding the part, settling, and the self-test.
 
-use super::counts::{FLOOR, FRACTION, WORD};
+use super::counts::{FLOOR, FRACTION, WIDTH, WORD};
 use super::registers::READ;
 use super::tags::Tags;
 use crate::board::ImuWires;
@@ -115,7 +115,7 @@ pub struct Ism330dhcx<const TESTS: usize, const GYROSCOPES: usize> {
     /// The judgement of the tags, of the line, and of the values.
     pub(super) tags: Tags,
     pub(super) line: Line<MEMORY>,
-    pub(super) values: Values<FLOOR>,
+    pub(super) values: Values<FLOOR, WIDTH>,
     /// The number of the register to compare next.
     pub(super) next: usize,
     /// The present range and self-test.

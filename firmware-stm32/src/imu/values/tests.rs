@@ -1,7 +1,7 @@
 //! At the figures of the ISM330DHCX: 4098 counts per g, 833 values per second, noise with a standard deviation of 5 counts.
 
 use super::Values;
-use crate::imu::ism330dhcx::counts::{self, FLOOR, FRACTION};
+use crate::imu::ism330dhcx::counts::{self, FLOOR, FRACTION, WIDTH};
 use crate::imu::mounting::Mounting;
 use plumbline::angle::Angle;
 use plumbline::measure::definition::perpendicular;
@@ -65,7 +65,7 @@ fn corrected(values: &[[i32; 3]]) -> Vec<[i32; 3]> {
 
 /// The same, and the number of the value with which the values are known to be wrong.
 fn judged(values: &[[i32; 3]]) -> (Vec<[i32; 3]>, Option<usize>) {
-    let mut judged = Values::<FLOOR>::INITIAL;
+    let mut judged = Values::<FLOOR, WIDTH>::INITIAL;
     let (mut outputs, mut told) = (Vec::new(), None);
     for (number, value) in values.iter().enumerate() {
         assert!(!judged.push(*value), "no axis is stuck");
@@ -272,9 +272,37 @@ fn wrong_bit_in_each_axis_of_one_value_is_corrected() {
     }
 }
 
+/// Each run of bytes of a value, in the order of the line, at rest.
+#[test]
+fn value_with_bytes_of_an_open_line_is_corrected() {
+    for (level, first) in [0x00, 0xFF].into_iter().flat_map(|level| {
+        let all = 0..6;
+        all.map(move |first| (level, first))
+    }) {
+        for last in first..6 {
+            let mut random = Random(17);
+            let right: Vec<_> = (0..60).map(|_| random.value(TILTED)).collect();
+            let mut received = right.clone();
+            for byte in first..=last {
+                let value = &mut received[30][byte / 2];
+                let mut bytes = (*value as i16).to_le_bytes();
+                bytes[byte % 2] = level;
+                *value = i16::from_le_bytes(bytes).into();
+            }
+            for (output, value) in corrected(&received).iter().zip(&right) {
+                for (output, value) in output.iter().zip(value) {
+                    // The curve has the noise of the values beside it.
+                    let is_right = output.abs_diff(*value) <= FLOOR as u32 * 3 / 2;
+                    assert!(is_right, "{level:02X}h, bytes {first} to {last}");
+                }
+            }
+        }
+    }
+}
+
 #[test]
 fn value_that_is_held_is_not_used_after_a_gap() {
-    let mut judged = Values::<FLOOR>::INITIAL;
+    let mut judged = Values::<FLOOR, WIDTH>::INITIAL;
     for value in [[0; 3], [1; 3], [9000; 3]] {
         judged.push(value);
         judged.release();
@@ -288,7 +316,7 @@ fn value_that_is_held_is_not_used_after_a_gap() {
 #[test]
 fn each_axis_that_does_not_change_is_told() {
     for stuck in 0..3 {
-        let mut judged = Values::<FLOOR>::INITIAL;
+        let mut judged = Values::<FLOOR, WIDTH>::INITIAL;
         let found = (1..100).find(|number| {
             let mut value = [*number, -number, 2 * number];
             value[stuck] = 0;

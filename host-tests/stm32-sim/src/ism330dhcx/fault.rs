@@ -67,6 +67,11 @@ impl Ism330dhcx {
         self.line.spoil(register, mask, times);
     }
 
+    /// Replaces the next `count` bytes that it sends after `skipped` more ones by this value: the contact of the line is open for a moment.
+    pub fn open_line(&mut self, skipped: u32, count: u32, value: u8) {
+        self.line.open(skipped, count, value);
+    }
+
     /// Inverts this bit of each `period`-th acceleration along Y in the FIFO: a disturbance on the line; 0: no more.
     pub fn invert_each(&mut self, now: Picoseconds, period: u64, bit: u32) {
         self.settle(now);
@@ -120,6 +125,8 @@ pub(crate) struct Line {
     register: u8,
     mask: u8,
     times: u32,
+    /// The number of bytes until the line is open, the number of bytes while it is open, and their value.
+    open: (u32, u32, u8),
 }
 
 impl Line {
@@ -127,6 +134,11 @@ impl Line {
         self.rate = rate;
         // The state of the generator must not be 0.
         self.random = seed.wrapping_add(1).wrapping_mul(0x9E37_79B9_7F4A_7C15) | 1;
+    }
+
+    /// The next `count` bytes after `skipped` more ones arrive as `value`.
+    pub(crate) fn open(&mut self, skipped: u32, count: u32, value: u8) {
+        self.open = (skipped, count, value);
     }
 
     /// True for an inverted bit.
@@ -151,7 +163,11 @@ impl Line {
 
     /// What arrives of a byte from this register.
     pub(crate) fn carry(&mut self, register: u8, byte: u8) -> u8 {
-        let mut arrived = byte;
+        let (skipped, count, value) = &mut self.open;
+        let is_open = *skipped == 0 && *count > 0;
+        *count -= u32::from(is_open);
+        *skipped = skipped.saturating_sub(1);
+        let mut arrived = if is_open { *value } else { byte };
         if self.rate > 0.0 {
             let bits = (0..8).filter(|_| self.inverts());
             arrived ^= bits.map(|bit| 1 << bit).sum::<u8>();
