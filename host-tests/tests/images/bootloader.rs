@@ -13,6 +13,7 @@ macro_rules! on {
 
 mod client;
 mod entering;
+mod ims360;
 mod power;
 mod signature;
 mod two_slots;
@@ -67,7 +68,10 @@ fn image(name: &str) -> Image {
                 let signed = build_with_signatures(board(), &["bootloader"])?;
                 built.extend(signed.into_values().map(|it| (SIGNED.to_owned(), it)));
             } else {
-                built.extend(build_behind_bootloader(board(), &["jn2101"])?);
+                // The IMS360 is too large for the other boards.
+                let large = (board() == Board::NucleoF446).then_some("ims360");
+                let names: Vec<&str> = ["jn2101"].into_iter().chain(large).collect();
+                built.extend(build_behind_bootloader(board(), &names)?);
             }
             Ok(built)
         };
