@@ -2,7 +2,7 @@
 
 use super::address::Address;
 use crate::error::{BrokerError, Error};
-use rumqttc::{ConnectReturnCode, ConnectionError, StateError, TlsError};
+use rumqttc::{ConnectReturnCode, ConnectionError};
 use rustls::{AlertDescription, CertificateError};
 use std::error::Error as StdError;
 use std::io;
@@ -44,9 +44,6 @@ pub fn lasting(error: &ConnectionError, address: &Address) -> Option<Error> {
 fn refused(alert: AlertDescription, url: String) -> Option<BrokerError> {
     let name = format!("{alert:?}");
     match alert {
-        AlertDescription::CloseNotify
-        | AlertDescription::UserCanceled
-        | AlertDescription::InternalError => None,
         AlertDescription::NoCertificate
         | AlertDescription::BadCertificate
         | AlertDescription::UnsupportedCertificate
@@ -59,19 +56,28 @@ fn refused(alert: AlertDescription, url: String) -> Option<BrokerError> {
         | AlertDescription::DecryptError => Some(BrokerError::RefusedCertificate(url, name)),
         AlertDescription::UnrecognisedName => Some(BrokerError::RefusedName(url)),
         // A broker with TLS 1.2 that wants a certificate says HandshakeFailure.
-        _ => Some(BrokerError::RefusedTls(url, name)),
+        AlertDescription::HandshakeFailure
+        | AlertDescription::ProtocolVersion
+        | AlertDescription::InsufficientSecurity
+        | AlertDescription::NoApplicationProtocol => Some(BrokerError::RefusedTls(url, name)),
+        _ => None,
     }
 }
 
-/// The failure of TLS in an error.
+/// The failure of TLS in an error, at any depth: a broker with TLS 1.3 refuses a certificate only when messages are read.
 fn tls(error: &ConnectionError) -> Option<&rustls::Error> {
-    let io = match error {
-        ConnectionError::Tls(TlsError::TLS(own)) => return Some(own),
-        ConnectionError::Tls(TlsError::Io(own)) | ConnectionError::Io(own) => own,
-        ConnectionError::MqttState(StateError::Io(own)) => own,
-        _ => return None,
-    };
-    io.get_ref()?.downcast_ref()
+    let mut cause: Option<&(dyn StdError + 'static)> = Some(error);
+    while let Some(own) = cause {
+        if let Some(found) = own.downcast_ref() {
+            return Some(found);
+        }
+        let inner = own.downcast_ref::<io::Error>().and_then(io::Error::get_ref);
+        cause = match inner {
+            Some(inner) => Some(inner),
+            None => own.source(),
+        };
+    }
+    None
 }
 
 /// The reason of a failure, for people.
@@ -95,6 +101,7 @@ pub fn reason(error: &ConnectionError) -> String {
 mod tests {
     use super::*;
     use crate::error::Error;
+    use rumqttc::{StateError, TlsError};
 
     #[test]
     fn alert_of_the_broker_tells_what_to_check() {
@@ -114,13 +121,19 @@ mod tests {
             (AlertDescription::InternalError, None),
             (AlertDescription::UserCanceled, None),
         ] {
-            let error = ConnectionError::Tls(TlsError::TLS(rustls::Error::AlertReceived(alert)));
-            let told = lasting(&error, &address).map(|error: Error| error.to_string());
-            let is_right = match (&told, part) {
-                (Some(text), Some(part)) => text.contains(part),
-                (told, part) => told.is_none() && part.is_none(),
-            };
-            assert!(is_right, "{alert:?}: {told:?}");
+            let error = rustls::Error::AlertReceived(alert);
+            let read = io::Error::new(io::ErrorKind::InvalidData, error.clone());
+            for error in [
+                ConnectionError::Tls(TlsError::TLS(error)),
+                ConnectionError::MqttState(StateError::Io(read)),
+            ] {
+                let told = lasting(&error, &address).map(|error: Error| error.to_string());
+                let is_right = match (&told, part) {
+                    (Some(text), Some(part)) => text.contains(part),
+                    (told, part) => told.is_none() && part.is_none(),
+                };
+                assert!(is_right, "{alert:?}: {told:?}");
+            }
         }
     }
 }

@@ -1,5 +1,6 @@
 //! `bridge` in simulated time, without a broker: the samples are in the buffer.
 
+use super::j1939::network;
 use super::rig::Rig;
 use super::several::pair;
 use bench::BusRate;
@@ -71,6 +72,35 @@ fn sensors_of_two_makers_with_one_serial_number_have_different_topics() {
     let counts = ["s/b/7/angle", "s/b/canopen-50/angle"].map(|topic| count(&samples, topic));
     assert!(
         counts.iter().all(|count| (19..=21).contains(count)),
+        "{counts:?}"
+    );
+}
+
+#[test]
+fn angles_of_j1939_are_taken_as_they_come() {
+    let mut rig = network("");
+    let (samples, _) = bridge(&mut rig, "--rate 250 bridge --every 100 --seconds 5");
+    let count = count(&samples, "s/b/1/angle");
+    assert!((49..=51).contains(&count), "{count}");
+    let (_, last) = samples.last().expect("a sample");
+    let is_tilted = |value: &Value| value.as_f64().is_some_and(|angle| angle.abs() > 1.0);
+    let angles = last.as_object().expect("a document").iter();
+    let mut angles = angles.filter(|(name, _)| name.ends_with("_deg"));
+    assert!(angles.any(|(_, value)| is_tilted(value)), "{last}");
+    // 18EFxxF9: a message to the sensor.
+    let seen = rig.witnessed().into_iter();
+    let requests = seen.filter(|frame| frame.can_id().bits() & 0xFF00_00FF == 0x9800_00F9);
+    assert!(requests.count() < 40);
+}
+
+#[test]
+fn several_devicenet_sensors_are_polled_in_turn() {
+    let (mut rig, _) = pair("tiltix080", &["--mac 63 mac 5"], "tiltix360");
+    let words = "--rate 125 bridge --active --every 100 --seconds 5";
+    let (samples, _) = bridge(&mut rig, words);
+    let counts = ["s/b/7/angle", "s/b/8/angle"].map(|topic| count(&samples, topic));
+    assert!(
+        counts.iter().all(|count| (48..=51).contains(count)),
         "{counts:?}"
     );
 }

@@ -8,7 +8,7 @@ use plumbline::can::{BitRate, Frame, extended};
 use serde_json::json;
 
 /// A bus at 250 kbit/s with an IMS360 in J1939, and another node that acknowledges.
-fn network(settings: &str) -> Rig {
+pub fn network(settings: &str) -> Rig {
     let mut rig = Rig::with("ims360");
     let other = rig.bus.borrow_mut().adapter();
     rig.bus.borrow_mut().open(other, None, false);

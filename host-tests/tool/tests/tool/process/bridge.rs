@@ -245,6 +245,40 @@ fn password_and_certificate_that_the_broker_does_not_take_end_the_bridge() {
 }
 
 #[test]
+fn broker_that_wants_a_certificate_takes_only_one_of_its_authority() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let Some(broker) = Mosquitto::start(folder.path(), &["tls", "certificate"]) else {
+        return;
+    };
+    let sensor = sensor();
+    let path = |name: &str| folder.path().join(name).display().to_string();
+    let own = |name: &str| {
+        let (certificate, key) = (path(&format!("{name}.pem")), path(&format!("{name}.key")));
+        format!("--certificate {certificate} --key {key}")
+    };
+    for (words, code, part) in [
+        (own("client"), None, "connected with mqtts://localhost"),
+        (own("other"), Some(4), "check --certificate and --key"),
+        (String::new(), Some(4), "check --certificate and --key"),
+    ] {
+        let words = format!(
+            "--seconds 120 --mqtt {} --ca {} {words}",
+            broker.url(),
+            path("ca.pem")
+        );
+        let mut bridge = start(&sensor, folder.path(), words.trim());
+        let notes = noted(&mut bridge, part);
+        match code {
+            Some(_) => {
+                let status = bridge.wait().expect("the program ends");
+                assert_eq!(status.code(), code, "{words}: {notes}");
+            }
+            None => kill(bridge),
+        }
+    }
+}
+
+#[test]
 fn wrong_option_of_a_bridge_ends_it_before_the_search() {
     let folder = tempfile::tempdir().expect("a folder");
     let file = |name: &str, text: &str| {

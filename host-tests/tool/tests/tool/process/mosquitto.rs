@@ -38,8 +38,8 @@ pub struct Mosquitto {
 }
 
 impl Mosquitto {
-    /// Starts it with its files in a folder. `with` has "password" for the user crane with the password right, and "tls". None: the program
-    /// does not exist.
+    /// Starts it with its files in a folder. `with` has "password" for the user crane with the password right, "tls", and "certificate" if it
+    /// wants one of the client. None: the program does not exist.
     pub fn start(folder: &Path, with: &[&str]) -> Option<Self> {
         let places = [
             "mosquitto",
@@ -78,6 +78,9 @@ impl Mosquitto {
                 text,
                 "certfile {shown}/server.pem\nkeyfile {shown}/server.key\n"
             );
+        }
+        if with.contains(&"certificate") {
+            let _ = write!(text, "cafile {shown}/ca.pem\nrequire_certificate true\n");
         }
         // It changes to a user of its own otherwise.
         text.push_str("user root\n");
@@ -137,7 +140,7 @@ fn done(program: &str, folder: &Path, words: &str) {
     assert!(output.status.success(), "{program} {words}: {output:?}");
 }
 
-/// An authority with the certificate of the broker, and another authority.
+/// An authority with the certificates of the broker and of a client, and another authority.
 fn certificates(folder: &Path) {
     std::fs::write(
         folder.join("names"),
@@ -150,16 +153,14 @@ fn certificates(folder: &Path) {
             format!("req -x509 {key} -keyout {name}.key -out {name}.pem -subj /CN={name} -days 30");
         done("openssl", folder, &words);
     }
-    done(
-        "openssl",
-        folder,
-        &format!("req {key} -keyout server.key -out server.csr -subj /CN=localhost"),
-    );
-    done(
-        "openssl",
-        folder,
-        "x509 -req -in server.csr -CA ca.pem -CAkey ca.key -CAcreateserial -out server.pem -days 30 -extfile names",
-    );
+    for (name, subject) in [("server", "localhost"), ("client", "crane")] {
+        let words = format!("req {key} -keyout {name}.key -out {name}.csr -subj /CN={subject}");
+        done("openssl", folder, &words);
+        let words = format!(
+            "x509 -req -in {name}.csr -CA ca.pem -CAkey ca.key -CAcreateserial -out {name}.pem -days 30 -extfile names"
+        );
+        done("openssl", folder, &words);
+    }
 }
 
 /// The messages that a subscriber has taken.
