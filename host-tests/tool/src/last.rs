@@ -43,9 +43,7 @@ pub struct Last {
 impl Last {
     /// Reads the file in a folder, or in the folder of the user. A damaged file remembers nothing.
     pub fn open(wanted: Option<&Path>) -> Self {
-        // A folder of the options is not made for this.
-        let path = folder(wanted).filter(|path| wanted.is_none() || path.is_dir());
-        let path = path.map(|path| path.join(FILE));
+        let path = folder(wanted).map(|path| path.join(FILE));
         let text = path.as_deref().and_then(|path| read_text(path).ok());
         let table = text.and_then(|text| text.parse().ok()).unwrap_or_default();
         Self { path, table }
@@ -246,14 +244,14 @@ mod tests {
     }
 
     #[test]
-    fn damaged_file_and_missing_folder_remember_nothing() {
+    fn damaged_file_remembers_nothing_and_missing_folder_is_made() {
         let folder = tempfile::tempdir().unwrap();
         std::fs::write(folder.path().join(FILE), "port = [").unwrap();
         let last = Last::open(Some(folder.path()));
         assert_eq!(completed(&last, &Options::default(), true).0.port, None);
-        let missing = folder.path().join("missing");
+        let missing = folder.path().join("a/b");
         Last::open(Some(&missing)).keep("can0", None, Target::Canopen(Node(1)));
-        assert!(!missing.exists());
+        assert_eq!(Last::open(Some(&missing)).port(), Some("can0"));
         std::fs::write(
             folder.path().join(FILE),
             "port = \"can0\"\n[can0]\nrate = \"7\"\nprotocol = \"canopen\"\naddress = \"999\"",

@@ -82,7 +82,7 @@ pub struct Rig {
     pub rate: Option<&'static str>,
     /// The adapter fails after this number of requests.
     pub cut: Option<usize>,
-    /// The folder with the names of sensors; None: one that does not exist.
+    /// The folder with the names of sensors and the last command; None: an empty one for each command.
     pub config: Option<PathBuf>,
     /// The adapter does not have this rate.
     pub refused: Option<BitRate>,
@@ -277,8 +277,8 @@ impl Rig {
 
     /// Runs the program with these arguments, which can have spaces.
     pub fn tool_with(&mut self, arguments: &[&str]) -> Ended {
-        let config = self.config.clone();
-        let config = config.unwrap_or_else(|| file("no-config"));
+        let fresh = tempfile::tempdir().expect("a folder");
+        let config = self.config.as_deref().unwrap_or(fresh.path());
         let config = config.display().to_string();
         let mut all = vec!["plumbline", "--port", "bench", "--config", &config];
         let says_rate = arguments

@@ -6,6 +6,7 @@ use serde_json::Value;
 use std::net::TcpListener;
 use std::path::PathBuf;
 use std::process::{Command, Output};
+use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::mpsc::channel;
 use std::thread::{self, JoinHandle};
 use virtual_sensor::server::{Clock, Events, Server, tcp};
@@ -97,9 +98,14 @@ impl Drop for Sensor {
     }
 }
 
-/// A folder without names of sensors: tests must not use the folder of the user.
+/// A new folder without names of sensors and without a last command: tests must not use the folder of the user.
 pub fn no_config() -> PathBuf {
-    PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("process-config")
+    static NUMBER: AtomicU32 = AtomicU32::new(0);
+    let number = NUMBER.fetch_add(1, Ordering::Relaxed);
+    let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR"));
+    let folder = folder.join(format!("process-config-{number}"));
+    let _ = std::fs::remove_dir_all(&folder);
+    folder
 }
 
 /// The program with this clock: `bus`, or the clock of the computer.
