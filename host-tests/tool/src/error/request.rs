@@ -66,6 +66,8 @@ errors! {
             "die Node-ID ist nach dem Neustart 255, deshalb kann der Sensor nicht gelesen werden: Geben Sie ihm eine mit Node-ID";
         SeveralSensors(lines: String): Usage "several-sensors" = "several sensors answer: {lines}. Choose one with --id, --node, --mac or --address",
             "mehrere Sensoren antworten: {lines}. Wählen Sie einen mit seiner Adresse";
+        TwinNodes(count: usize, address: String, serials: String): Usage "several-sensors" = "{count} sensors answer at {address}, with the serial numbers {serials}: connect one of them alone and give it another one (plumbline node-id)",
+            "{count} Sensoren antworten auf {address}, mit den Seriennummern {serials}: Schließen Sie einen davon allein an, und geben Sie ihm eine andere (plumbline node-id)";
         Twins(count: usize, address: String, serials: String): Usage "several-sensors" = "{count} sensors answer at {address}, with the serial numbers {serials}: connect one of them alone and give it other identifiers (set-id, reply-id)",
             "{count} Sensoren antworten auf {address}, mit den Seriennummern {serials}: Schließen Sie einen davon allein an, und geben Sie ihm andere Identifier (set-id, reply-id)";
         NoRate: Usage "no-rate" = "there is no traffic, so the bit rate is unknown: give it with --rate, or --yes asks at all bit rates",

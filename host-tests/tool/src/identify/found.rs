@@ -133,7 +133,10 @@ impl Found {
         let all = self.serial.iter().chain(&self.twins);
         let all: Vec<String> = all.map(u32::to_string).collect();
         let (count, address) = (all.len(), self.target.named());
-        RequestError::Twins(count, address, all.join(" and "))
+        match self.target.node_id() {
+            Some(_) => RequestError::TwinNodes(count, address, all.join(" and ")),
+            None => RequestError::Twins(count, address, all.join(" and ")),
+        }
     }
 
     /// The only product that it can be.

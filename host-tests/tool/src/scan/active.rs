@@ -6,6 +6,7 @@
 use super::listen::Frames;
 use super::passive::is_used;
 use super::row::{By, Heard, Row, Rows};
+use super::with_twins;
 use crate::error::Error;
 use crate::identify;
 use crate::link::Link;
@@ -133,6 +134,7 @@ impl Questions<'_> {
             && !rows.has_answered(target)
             && let Some(found) = identify::ask(link, target, latency)?
         {
+            let found = with_twins(link, found)?;
             rows.add(link.rate(), Row::Found(found), terminal)?;
         }
         Ok(())

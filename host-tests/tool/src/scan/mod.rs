@@ -18,11 +18,11 @@ pub mod schedule;
 
 use crate::connect::RATES;
 use crate::error::{Error, Rates, SensorError};
-use crate::identify;
+use crate::identify::{self, Found};
 use crate::labels::Labels;
 use crate::link::Link;
-use crate::master::Target;
 use crate::master::fsc::request::shown;
+use crate::master::{Target, canopen};
 use crate::note::{At, Note};
 use crate::output::Terminal;
 use crate::question::Question;
@@ -213,13 +213,21 @@ fn asked(link: &mut Link, target: Target, most: usize) -> Result<Option<Row>, Er
     let until = after(link.now(), target.patience());
     for _ in 0..most {
         if let Some(found) = identify::ask(link, target, identify::PATIENT)? {
-            return Ok(Some(Row::Found(found)));
+            return Ok(Some(Row::Found(with_twins(link, found)?)));
         }
         if link.now() >= until {
             break;
         }
     }
     Ok(None)
+}
+
+/// A CANopen node with the serial numbers of others that have its node-ID.
+fn with_twins(link: &mut Link, mut found: Found) -> Result<Found, Error> {
+    if let Some(node) = found.target.node_id() {
+        found.twins = canopen::identify::others(link, node, found.serial)?;
+    }
+    Ok(found)
 }
 
 /// Says what was sent.

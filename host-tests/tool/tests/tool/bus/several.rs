@@ -128,6 +128,20 @@ fn two_sensors_with_the_same_identifiers_are_listed_and_none_is_chosen() {
     }
 }
 
+#[test]
+fn two_sensors_with_the_same_node_id_are_told() {
+    let mut rig = Rig::new(BusRate::Fixed(BitRate::K125));
+    for serial in [21, 22] {
+        rig.attach("jn2101", serial);
+    }
+    rig.run(200);
+    let ended = rig.tool("--rate 125 scan --active");
+    assert_eq!(ended.code, 0, "{ended:?}");
+    for text in ["2 sensors answer at node-ID 10", "21", "22", "node-id"] {
+        assert!(ended.notes.contains(text), "{ended:?}");
+    }
+}
+
 /// A frame of 8 bytes that begins with the code for the serial number.
 fn like_a_serial_number(id: u16, number: u8) -> Frame {
     let bytes = [4, 0, number, 0x22, 0x33, 0x44, 0x55, 0x66];
