@@ -35,6 +35,8 @@ texts! {
         StaysZero(name: String) = "{name} stays 0. To change it, set {name}", "{name} bleibt 0. Um es zu ändern, setzen Sie {name}";
         LeftOut(why: String) = "left out: {why}", "weggelassen: {why}";
         EntryLeftOut(name: String, failure: Error) = "{name} is left out: {failure}", "{name} ist weggelassen: {failure}";
+        CommandLeftOut = "one entry is left out, because writing it is a command or changes process data: the file names it",
+            "ein Eintrag ist weggelassen, weil sein Schreiben ein Befehl ist oder Prozessdaten ändert: Die Datei nennt ihn";
         CommandsLeftOut(count: usize) = "{count} entries are left out, because writing them is a command or changes process data: the file lists them",
             "{count} Einträge sind weggelassen, weil ihr Schreiben ein Befehl ist oder Prozessdaten ändert: Die Datei nennt sie";
         Labels(path: String) = "the names are in {path}", "die Namen stehen in {path}";

@@ -38,7 +38,11 @@ pub(super) fn save(
     let backup = ops::backup::read(session, found, terminal)?;
     backup.write(path)?;
     let count = backup.values.len();
-    terminal.line(format!("{count} settings are in {}", path.display()))?;
+    let what = match count {
+        1 => "1 setting is".to_owned(),
+        count => format!("{count} settings are"),
+    };
+    terminal.line(format!("{what} in {}", path.display()))?;
     let mut document = json!({"file": path.display().to_string(), "settings": count});
     if let Some(path) = configuration {
         write_file(&path, &configuration_text(session, &backup, &path))?;

@@ -34,7 +34,10 @@ pub(crate) fn read(
     }
     let left_out = sheet.commands().count();
     if left_out > 0 {
-        terminal.note(&Note::CommandsLeftOut(left_out));
+        terminal.note(&match left_out {
+            1 => Note::CommandLeftOut,
+            count => Note::CommandsLeftOut(count),
+        });
     }
     Ok(backup)
 }
