@@ -13,6 +13,7 @@ mod roles;
 pub use canopen::Node;
 pub use j1939::Ca;
 pub use options::Addresses;
+pub(crate) use roles::factory;
 pub use roles::{Codes, Roles, Storing, factory_rate, factory_target, factory_targets};
 
 use crate::cyclic::{Source, Started};

@@ -55,7 +55,7 @@ impl Roles {
 }
 
 /// The number of a parameter as delivered; None: a data sheet does not say it.
-fn factory(product: &Product, id: ParameterId) -> Option<u32> {
+pub(crate) fn factory(product: &Product, id: ParameterId) -> Option<u32> {
     let parameter = product.parameters.get(usize::from(id.0))?;
     Some(parameter.factory)
 }

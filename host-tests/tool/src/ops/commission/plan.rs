@@ -16,7 +16,7 @@ use crate::error::{Error, Fault, FileError, NumberError};
 use crate::identify;
 use crate::labels;
 use crate::master::canopen::tables;
-use crate::master::{Roles, Target, factory_rate, factory_target};
+use crate::master::{Roles, Target, factory, factory_rate, factory_target, j1939};
 use crate::sheet::{Origin, Sheet};
 use plumbline::can::BitRate;
 use plumbline::model::catalog::Product;
@@ -245,11 +245,11 @@ impl Item {
             text: format!("{}{zeroed} {}", product.name, values.join(" ")),
             settings,
         };
-        let is_delivered = match (item.target(), factory_target(product)) {
-            (Some(own), Some(delivered)) => own.is_at(delivered),
+        let has_no_node_id = match (item.target(), factory_target(product)) {
+            (Some(own), Some(delivered)) => own.is_at(delivered) || own.node_id().is_none(),
             _ => false,
         };
-        match find == Find::Fastscan && is_delivered {
+        match find == Find::Fastscan && has_no_node_id {
             true => Err((name_at, Fault::FastscanAddress(item.name))),
             false => Ok(item),
         }
@@ -282,14 +282,23 @@ impl Item {
         own.map(|(_, raw)| *raw)
     }
 
+    /// The roles in the protocol that it has at the end.
+    fn roles(&self) -> Option<Roles> {
+        let product = self.product();
+        let selector = j1939::tables(product).and_then(|tables| tables.selector);
+        let protocol = selector.and_then(|(id, canopen)| Some(self.number(id)? != canopen));
+        match protocol {
+            Some(true) => (j1939::PROTOCOL.roles)(product),
+            _ => Roles::of(product),
+        }
+    }
+
     /// Where it is at the end.
     pub fn target(&self) -> Option<Target> {
-        let product = self.product();
-        let roles = Roles::of(product)?;
-        match self.number(roles.address) {
-            Some(raw) => (roles.target)(raw).ok(),
-            None => factory_target(product),
-        }
+        let roles = self.roles()?;
+        let raw = self.number(roles.address);
+        let raw = raw.or_else(|| factory(self.product(), roles.address))?;
+        (roles.target)(raw).ok()
     }
 
     /// The bit rate that it gets; None: it keeps the bit rate as delivered, or detects it.

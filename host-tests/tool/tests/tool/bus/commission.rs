@@ -429,6 +429,10 @@ fn sensor_of_each_protocol_is_commissioned() {
         ("is2", "cyclic-time = \"300 ms\""),
         ("is1d", "set-id = \"310h\"\nreply-id = \"311h\""),
         ("ims360", "node-id = 60"),
+        (
+            "ims360",
+            "can-protocol = \"j1939\"\npreferred-address = 140",
+        ),
         ("tiltix080", "mac-id = 7"),
     ] {
         let (mut rig, ids) = rig(BusRate::Follow, &[(product, 5)]);
