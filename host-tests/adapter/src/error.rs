@@ -17,7 +17,7 @@ errors! {
             "der Adapter {name} ist ausgefallen ({reason}): Läuft der Server noch? Starten Sie ihn neu, und wiederholen Sie";
         InterfaceLost(name: String, reason: String): Bus "adapter-lost" = "the interface {name} has failed ({reason}): see `ip -details link show {name}`",
             "die Schnittstelle {name} ist ausgefallen ({reason}): siehe `ip -details link show {name}`";
-        NoRate(name: String): Usage "no-rate" = "{name} needs a bit rate: give it with --rate",
+        NoRate(name: String): Usage "no-rate" = "{name} needs a bit rate: give it with --rate (virtual-sensor: --bus-rate)",
             "{name} braucht eine Bitrate: Wählen Sie die Bitrate";
         NoListenOnly(name: String): Bus "no-listen-only" = "{name} has no listen-only mode, so it was not opened: `plumbline scan --active` asks without listening first",
             "{name} kann nicht nur hören und wurde nicht geöffnet: Kreuzen Sie Auch Anfragen senden an",
@@ -42,7 +42,7 @@ errors! {
             "es gibt keinen Adapter {name} ({reason}): Stecken Sie ihn ein; `plumbline ports` nennt die Anschlüsse";
         Unopened(name: String, reason: String): Bus "no-adapter" = "cannot open {name} ({reason})",
             "{name} lässt sich nicht öffnen ({reason})";
-        HasInterface(name: String): Bus "no-adapter" = "the driver of the kernel has this adapter as {name}: use --port {name}",
+        HasInterface(name: String): Bus "no-adapter" = "the driver of the kernel has this adapter as {name}: use the port {name}",
             "der Treiber des Kernels hat diesen Adapter als {name}: Verwenden Sie den Anschluss {name}";
         Several(ports: String): Bus "no-adapter" = "there are several adapters: choose one of {ports}",
             "es gibt mehrere Adapter: Wählen Sie einen von {ports}";
@@ -79,7 +79,7 @@ errors! {
             "es gibt keine Schnittstelle {name}: `ip link` zeigt alle, und andere Anschlüsse sind slcan://HOST:PORT, slcan:/dev/ttyACM0 und usb[:SERIAL]";
         NotCan(name: String): Bus "no-adapter" = "{name} is not a CAN interface: `plumbline ports` lists the ports of this computer",
             "{name} ist keine CAN-Schnittstelle: `plumbline ports` nennt die Anschlüsse dieses Computers";
-        KindListens(name: String, kind: String): Bus "no-listen-only" = "the interface {name} ({kind}) has no listen-only mode that `ip` can set: it has the bit rate and the mode of the program that made it, for example slcand. Make it anew with these, or use the adapter directly, for example with --port slcan:/dev/ttyACM0",
+        KindListens(name: String, kind: String): Bus "no-listen-only" = "the interface {name} ({kind}) has no listen-only mode that `ip` can set: it has the bit rate and the mode of the program that made it, for example slcand. Make it anew with these, or use the adapter directly, for example as the port slcan:/dev/ttyACM0",
             "die Schnittstelle {name} ({kind}) hat keine Betriebsart nur hören, die `ip` einstellen kann: Sie hat Bitrate und Betriebsart des Programms, das sie angelegt hat, zum Beispiel slcand. Legen Sie sie damit neu an, oder verwenden Sie den Adapter direkt, zum Beispiel mit dem Anschluss slcan:/dev/ttyACM0";
         NotListening(name: String, commands: String): Bus "no-listen-only" = "the interface {name} is not in listen-only mode. Type: {commands}",
             "die Schnittstelle {name} hört nicht nur. Geben Sie ein: {commands}";
@@ -99,7 +99,7 @@ texts! {
     PcanHint {
         Windows = "install PEAK's driver with PCAN-Basic", "Installieren Sie den Treiber von PEAK mit PCAN-Basic";
         MacOs = "install PCBUSB of mac-can.com", "Installieren Sie PCBUSB von mac-can.com";
-        Linux = "install PEAK's driver with PCAN-Basic, or use the interface of the kernel (--port can0), which needs no library",
+        Linux = "install PEAK's driver with PCAN-Basic, or use the interface of the kernel (port can0), which needs no library",
             "Installieren Sie den Treiber von PEAK mit PCAN-Basic, oder verwenden Sie die Schnittstelle des Kernels (Anschluss can0), die keine Bibliothek braucht";
     }
 }
