@@ -2,6 +2,7 @@
 
 use super::bus::Bus;
 use super::file;
+use super::place::Place;
 use crate::connect::{self, Wanted};
 use crate::error::{Error, FileError, RequestError};
 use crate::identify::Found;
@@ -211,7 +212,9 @@ fn gone_on(
     link.open(bus.options.rate, Mode::Active)?;
     let mut session = Session::new(link, target, product);
     let done = update::go_on(&mut session, via, image, wish.downgrade, terminal);
-    report(&ended(&mut session, done)?, None, terminal)
+    let done = ended(&mut session, done)?;
+    bus.place = Some(Place::now(&session));
+    report(&done, None, terminal)
 }
 
 /// The file of the settings: beside the image file, with product and serial number or address.

@@ -283,8 +283,13 @@ fn board_without_a_program_takes_one_as_node_127() {
         let name = find(product).expect("a product").name;
         let part = Microcontroller::new(name, Rc::new(bootloader), SERIAL, flash, tilted());
         rig.attach_sensor(part.quiet());
+        let folder = tempfile::tempdir().unwrap();
+        rig.config = Some(folder.path().to_owned());
         let line = format!("--node 127 update {}", files.image(0).display());
         assert_eq!(rig.json(&line)["loaded"], true, "{product}");
+        // The next command finds the sensor at its own address.
+        let read = rig.json("get serial-number");
+        assert_eq!(read["serial-number"]["raw"], SERIAL, "{product}");
     }
 }
 
