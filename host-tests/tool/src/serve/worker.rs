@@ -171,10 +171,10 @@ impl Worker {
         let due = self.others_due();
         match &mut self.state {
             State::Closed => Ok(()),
-            State::Listening(link) | State::Open(link) => {
-                let until = after(link.now(), millis(20));
-                while link.receive(until)?.is_some() {}
-                Ok(())
+            State::Listening(link) => heard(link),
+            State::Open(link) => {
+                let result = heard(link);
+                self.go_on_sending(result)
             }
             State::Active(live) => {
                 live.turn(&self.hub, due)?;
@@ -371,6 +371,13 @@ impl Worker {
         self.refresh()?;
         Ok(device)
     }
+}
+
+/// Takes the frames of a short time.
+fn heard(link: &mut Link) -> Result<(), Error> {
+    let until = after(link.now(), millis(20));
+    while link.receive(until)?.is_some() {}
+    Ok(())
 }
 
 /// The time in ms since 1970.

@@ -12,8 +12,9 @@ use crate::serve::events::Kind;
 use crate::serve::lease::Lease;
 use crate::serve::line::{self, Words};
 use crate::serve::transmission::{Log, Transmit, item};
-use adapter::Adapter;
+use adapter::{Adapter, AdapterError};
 use serde_json::{Value, json};
+use texts::Text;
 
 impl Worker {
     /// Changes what is sent.
@@ -56,6 +57,21 @@ impl Worker {
         }
     }
 
+    /// A frame that the adapter has refused stops what is sent, and is told; the connection goes on.
+    pub(super) fn go_on_sending(&mut self, result: Result<(), Error>) -> Result<(), Error> {
+        match result {
+            Err(Error::Adapter(
+                refused @ (AdapterError::FrameRefused(_) | AdapterError::QueueFull),
+            )) => {
+                self.transmission.borrow_mut().stop();
+                self.error = Some(refused.texts());
+                self.report();
+                Ok(())
+            }
+            result => result,
+        }
+    }
+
     /// The adapter, if it can send, with the command that would send the same.
     fn sending(&self) -> Result<(Lease, Words), Error> {
         let link = match &self.state {
@@ -69,6 +85,7 @@ impl Worker {
 
     fn start(&mut self, number: u64) -> Result<(), Error> {
         let (lease, mut words) = self.sending()?;
+        self.error = None;
         let item = self.transmission.borrow_mut().line(number)?.item;
         words.extend(["send".to_owned(), format!("{:?}", item.frame)]);
         if let Some(every) = item.every {
@@ -83,6 +100,7 @@ impl Worker {
 
     fn replay(&mut self, log: &Log) -> Result<(), Error> {
         let (lease, mut words) = self.sending()?;
+        self.error = None;
         let factor = log.speed.to_string();
         speed(&factor).map_err(|_| PageError::Speed)?;
         words.extend(["replay".to_owned(), "--speed".to_owned(), factor]);

@@ -18,6 +18,9 @@ const SPEEDUP: u64 = 20;
 /// The adapter is unplugged when this frame is sent.
 const UNPLUGS: &str = "7FF#";
 
+/// The adapter refuses this frame.
+const REFUSED: &str = "7FE#";
+
 /// The frames on the bus with their times.
 type Seen = Arc<Mutex<Vec<(Instant, Frame)>>>;
 
@@ -47,6 +50,7 @@ impl Adapter for Witnessed {
                 "bench".to_owned(),
                 "unplugged".to_owned(),
             )),
+            false if *own == frame(REFUSED) => Err(AdapterError::FrameRefused("bench".to_owned())),
             false => self.adapter.send(own),
         }
     }
@@ -202,6 +206,30 @@ fn adapter_that_fails_stops_all_lines() {
     transmit(&server, json!({"start": 2}));
     let state = tab.wait("transmission", |state| state["lines"][1]["sent"] == 1);
     assert_eq!(state["lines"][0]["running"], false, "{state}");
+}
+
+#[test]
+fn frame_that_the_adapter_refuses_stops_all_lines_and_keeps_the_connection() {
+    let (server, _) = connected("frames");
+    let mut tab = server.tab();
+    for frame in [
+        json!({"frame": "123#01", "every": 100}),
+        json!({"frame": REFUSED}),
+    ] {
+        transmit(&server, json!({"add": frame}));
+    }
+    transmit(&server, json!({"start": 1}));
+    transmit(&server, json!({"start": 2}));
+    let state = tab.wait("transmission", |state| state["lines"][1]["sent"] == 1);
+    assert_eq!(state["lines"][0]["running"], false, "{state}");
+    let status = tab.wait("status", |status| !status["error"].is_null());
+    assert_eq!(status["state"], "open", "{status}");
+    let text = status["error"]["de"].as_str().unwrap_or_default();
+    assert!(text.contains("Frame"), "{status}");
+    // The next start is without the message.
+    transmit(&server, json!({"start": 1}));
+    tab.wait("status", |status| status["error"].is_null());
+    sent(&mut tab, 0, 1);
 }
 
 #[test]
