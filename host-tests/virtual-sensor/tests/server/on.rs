@@ -57,6 +57,39 @@ fn sensor_of_each_protocol_answers_on_bus_of_adapter() {
     ask(&other, "t60A84000100000000000", "t58A8430010009A010400");
 }
 
+/// The folder with the library of the tests of the tool, which has the entry points of PCAN-Basic.
+#[cfg(target_os = "linux")]
+fn pcan() -> &'static str {
+    let folder = concat!(env!("CARGO_TARGET_TMPDIR"), "/pcan-on");
+    std::fs::create_dir_all(folder).expect("a folder");
+    let source = concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/../tool/tests/tool/process/pcan_basic.rs"
+    );
+    let compiler = std::env::var_os("RUSTC").unwrap_or_else(|| "rustc".into());
+    let output = std::process::Command::new(compiler)
+        .args(["--edition", "2024", "--crate-type", "cdylib", "-o"])
+        .arg(format!("{folder}/libpcanbasic.so"))
+        .arg(source)
+        .output()
+        .expect("rustc starts");
+    assert!(output.status.success(), "{output:?}");
+    folder
+}
+
+/// The library lets the time of the bus pass.
+#[cfg(target_os = "linux")]
+#[test]
+fn sensor_answers_on_bus_of_pcan_adapter() {
+    let bus = Sensor::start(&["--bus-rate", "125", "--clock", "client"]);
+    let address = format!("127.0.0.1:{}", bus.port);
+    let environment = [("LD_LIBRARY_PATH", pcan()), ("PCAN_TEST_BUS", &address)];
+    let arguments = ["--bus-rate", "125", "--on", "pcan", "--model", "jn2101"];
+    let mut sensor = Sensor::start_with(&arguments, &environment);
+    assert_eq!(sensor.line(), "on pcan at 125 kbit/s");
+    ask(&bus, "t60A84000100000000000", "t58A8430010009A010400");
+}
+
 #[test]
 fn missing_adapter_ends_program_with_a_sentence() {
     for (port, code, words) in [
