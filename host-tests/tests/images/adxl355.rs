@@ -1,7 +1,7 @@
 //! The images for an ADXL355: what this part changes, with a product of each range of self-tests. `accelerometer.rs`, `invalid.rs` and
 //! `jn2101.rs` have the rest.
 
-use crate::accelerometer_faults::{OPEN_LINES, polls_with_bit_errors};
+use crate::accelerometer_line::{OPEN_LINES, polls_with_bit_errors};
 use crate::jn2101;
 use crate::rig::*;
 use bench::Flash;
@@ -228,7 +228,7 @@ fn stays_right(rig: &mut Rig, ms: u64, name: &str) {
 
 #[test]
 #[ignore = "another measuring element: `.ci/run boards`"]
-fn disturbed_register_is_restored_without_a_wrong_angle() {
+pub fn disturbed_register_is_restored_without_a_wrong_angle() {
     let mut rig = is2(10.0, 5.0);
     rig.boot_up();
     rig.run(SETTLING);
@@ -311,7 +311,7 @@ fn calibration_of_another_part_is_not_used() {
 
 #[test]
 #[ignore = "another measuring element: `.ci/run boards`"]
-fn self_test_reports_the_working_axes() {
+pub fn self_test_reports_the_working_axes() {
     for (works, register) in [(true, 0b110), (false, 0)] {
         let mut bench = jn2101::Bench::of(sensor("jn2101", blank(), Box::new(LEVEL)));
         let io = bench.chip_mut().io_mut();

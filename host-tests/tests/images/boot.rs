@@ -250,6 +250,27 @@ fn reset_causes(rig: &Rig) -> u8 {
     microcontroller.core().bytes(place, 1).expect("RAM")[0]
 }
 
+/// A disturbance at NRST, in each part of a reading of the accelerometer, which goes on measuring, and of a reply.
+#[test]
+pub fn sensor_starts_after_a_reset_by_its_pin_at_any_time() {
+    let mut rig = switched_on();
+    rig.boot_up();
+    for phase in 0..25 {
+        rig.run(300);
+        let before = rig.poll();
+        rig.send(&[fsc::INCLINATION]);
+        rig.run_us(phase * 211);
+        rig.expect_reset(ResetCause::Pin);
+        rig.microcontroller_mut().reset_by_pin();
+        // The reply can be on the bus before.
+        rig.run(30);
+        rig.frames();
+        rig.boot_up();
+        rig.run(300);
+        assert_eq!(rig.poll(), before, "after {phase} * 211 us");
+    }
+}
+
 /// Each reset shows only its own cause (RM0008, RCC_CSR): PINRSTF is 4, PORRSTF 8, SFTRSTF 10h, IWDGRSTF 20h.
 #[test]
 pub fn cause_of_the_last_reset_is_kept() {

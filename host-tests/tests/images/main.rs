@@ -24,6 +24,7 @@ mod nucleo_f103;
 
 mod accelerometer;
 mod accelerometer_faults;
+mod accelerometer_line;
 mod adxl355;
 mod boot;
 mod bootloader;

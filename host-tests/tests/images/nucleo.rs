@@ -12,13 +12,16 @@ also! {
         spi_runs_at_2_mhz_with_slow_edges;
     adxl355:
         first_frame_comes_within_100_ms_with_a_right_angle,
-        failure_is_reported_and_cleared_after_recovery;
+        failure_is_reported_and_cleared_after_recovery,
+        disturbed_register_is_restored_without_a_wrong_angle,
+        self_test_reports_the_working_axes;
     boot:
         first_frame_is_sent_with_first_reading,
         reset_command_switches_the_heater_off,
         ram_is_kept_in_a_reset_and_lost_without_power,
         watchdog_restarts_a_main_loop_that_hangs,
         cause_of_the_last_reset_is_kept,
+        sensor_starts_after_a_reset_by_its_pin_at_any_time,
         heater_is_off_while_a_debugger_halts_the_processor,
         watchdog_does_not_reset_a_working_sensor,
         module_leds_are_outputs_and_off;

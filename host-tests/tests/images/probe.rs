@@ -1,5 +1,6 @@
 //! A debug probe on a running sensor: it connects while the processor sleeps, reads the log, and programs the sensor again.
 
+use crate::memory::save_until_erased;
 use crate::rig::*;
 use plumbline::can::BitRate;
 use std::rc::Rc;
@@ -96,6 +97,30 @@ fn probe_reads_log_after_each_connection() {
         rig.run(300);
         assert_eq!(connect(&mut rig, &elf)[..first.len()], first);
     }
+}
+
+/// For longer than the watchdog. The flash goes on meanwhile.
+#[test]
+pub fn halt_in_an_erase_of_the_flash_only_delays_the_save() {
+    let mut rig = Rig::booted("is2", BitRate::M1);
+    for _ in 1..save_until_erased(&mut rig).max(save_until_erased(&mut rig)) {
+        rig.save();
+    }
+    let erased = rig.flash().erased();
+    rig.write_time(777);
+    rig.microcontroller_mut().probe_connect();
+    rig.run(CONNECTION);
+    rig.send(&fsc::SAVE);
+    rig.run(3);
+    assert!(rig.microcontroller_mut().probe_halt());
+    rig.run(3_000);
+    assert_eq!(rig.flash().erased(), erased + 1, "this save erases a page");
+    let (_, now) = rig.io();
+    rig.microcontroller_mut().resume(now);
+    assert_eq!(rig.expect(REPLY, 600).bytes()[..2], [fsc::SAVE[0], 0]);
+    rig.power_cycle();
+    rig.boot_up();
+    assert_eq!(rig.read_time(), 777);
 }
 
 /// With a probe that is connected before the supply is on, and over a reset by the supply.

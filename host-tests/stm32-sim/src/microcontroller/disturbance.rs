@@ -3,6 +3,7 @@
 use super::Microcontroller;
 use crate::cortex_m::disturbance::SYSTEM;
 use crate::io::{Io, Width};
+use crate::rcc::ResetCause;
 
 impl Microcontroller {
     /// The addresses of the configuration registers: those of the processor, and of the peripherals that have a clock.
@@ -29,5 +30,10 @@ impl Microcontroller {
         }
         let cycle = self.core.cycle();
         self.io_mut().disturb(cycle, address, bits)
+    }
+
+    /// Resets it, as a short low level at NRST does.
+    pub fn reset_by_pin(&mut self) {
+        self.reset(ResetCause::Pin);
     }
 }
