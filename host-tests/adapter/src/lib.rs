@@ -28,6 +28,7 @@ pub use error::{AdapterError, PcanHint, UsbHint};
 
 use plumbline::can::{BitRate, Frame};
 use plumbline::time::Instant;
+use std::any::Any;
 use std::fmt::Display;
 use std::time::Duration;
 use unread::Unread;
@@ -94,6 +95,11 @@ pub trait Adapter {
 
     /// The received frames that it has lost since it was opened, at least; None if it does not say.
     fn overruns(&mut self) -> Option<u64> {
+        None
+    }
+
+    /// The virtual sensor behind it, for a program that knows its type; None: the bus is real.
+    fn stand_in(&mut self) -> Option<&mut dyn Any> {
         None
     }
 

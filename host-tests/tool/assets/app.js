@@ -19,6 +19,7 @@ import { sentence } from "./failure.js";
 import { attempt, element, emit, fail, isAnswering, on } from "./state.js";
 import { currentLanguage, onLanguage, setLanguage, translate } from "./texts.js";
 import { missed } from "./trace.js";
+import * as standIn from "./stand-in.js";
 import * as transmit from "./transmit.js";
 import * as update from "./update.js";
 
@@ -72,7 +73,7 @@ theme.value = localStorage.getItem(THEME) ?? "auto";
 document.documentElement.dataset.theme = theme.value;
 theme.addEventListener("change", () => setTheme(theme.value));
 
-for (const part of [angles, attitude, chart, actions, align, file, parameters, frames, transmit, update, calibrate, identity, log, focus, owner]) part.start();
+for (const part of [angles, attitude, chart, actions, align, file, parameters, frames, transmit, standIn, update, calibrate, identity, log, focus, owner]) part.start();
 attempt(connection.start);
 /** @type {Failure | null} */
 let lost = null;

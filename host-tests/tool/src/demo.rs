@@ -1,5 +1,9 @@
 //! `demo:PRODUCT`: a virtual sensor inside of the program, at factory settings, in real time. Its angles change slowly.
-//! `demo:PRODUCT/j1939` is one that has been switched to J1939.
+//! `demo:PRODUCT/j1939` is one that has been switched to J1939. A user can move and break it by [`StandIn`].
+
+mod stand_in;
+
+pub use stand_in::StandIn;
 
 use crate::error::{Error, RequestError};
 use crate::identify;
@@ -9,14 +13,18 @@ use crate::session::Session;
 use adapter::bench::BenchAdapter;
 use adapter::{Adapter, AdapterError, Capabilities, Mode};
 use bench::scene::{Axes, Scene};
+use bench::stage::Stage;
 use bench::{Bus, BusRate, Device, Flash, Geometry, NodeType};
 use plumbline::can::{BitRate, Frame};
 use plumbline::model::catalog::Product;
 use plumbline::model::listing::j1939::J1939Tables;
 use plumbline::time::{Duration, Instant, after, millis};
+use std::any::Any;
 use std::cell::RefCell;
+use std::collections::VecDeque;
 use std::rc::Rc;
 use std::time;
+use virtual_sensor::server::Unit;
 
 /// The serial number of the sensor.
 const SERIAL: u32 = 1;
@@ -37,7 +45,7 @@ pub const J1939: &str = "/j1939";
 ///
 /// # Errors
 /// There is no such product, or it does not have J1939.
-pub fn bus(name: &str) -> Result<Bus, Error> {
+fn bus(name: &str) -> Result<(Bus, Unit), Error> {
     let (name, is_j1939) = match name.strip_suffix(J1939) {
         Some(name) => (name, true),
         None => (name, false),
@@ -50,8 +58,10 @@ pub fn bus(name: &str) -> Result<Bus, Error> {
     let node_type = NodeType::from(product);
     let mut bus = Bus::new(BusRate::Follow);
     let flash = Flash::blank(Geometry::STM32F103);
-    let sway = Box::new(Scene::sway(Axes::of(&node_type)));
-    bus.attach(Device::new(&node_type, SERIAL, flash, sway));
+    let stage = Stage::new(Scene::sway(Axes::of(&node_type)), &[]);
+    let device = Device::new(&node_type, SERIAL, flash, Box::new(stage.clone()));
+    let device = bus.attach(device);
+    let unit = Unit::new(name.to_owned(), device, node_type, SERIAL, stage);
     let mut booted = after(bus.now(), BOOT);
     let other = bus.adapter();
     if devicenet::tables(product).is_some() {
@@ -60,10 +70,11 @@ pub fn bus(name: &str) -> Result<Bus, Error> {
     }
     bus.run_until(booted);
     bus.remove(other);
-    match tables.filter(|_| is_j1939) {
-        Some(tables) => switched(bus, product, tables),
-        None => Ok(bus),
-    }
+    let bus = match tables.filter(|_| is_j1939) {
+        Some(tables) => switched(bus, product, tables)?,
+        None => bus,
+    };
+    Ok((bus, unit))
 }
 
 /// The bus after its sensor was switched to J1939.
@@ -95,13 +106,15 @@ fn switched(bus: Bus, product: &'static Product, tables: &J1939Tables) -> Result
 /// # Errors
 /// There is no such product.
 pub fn adapter(product: &str) -> Result<Paced, Error> {
-    let bus = bus(product)?;
+    let (bus, unit) = bus(product)?;
     let offset = bus.now();
     let bus = Rc::new(RefCell::new(bus));
     Ok(Paced {
         start: Some(time::Instant::now()),
         offset,
         adapter: BenchAdapter::new(&bus),
+        stand_in: StandIn::new(bus, unit),
+        late: VecDeque::new(),
     })
 }
 
@@ -124,6 +137,32 @@ pub struct Paced {
     start: Option<time::Instant>,
     /// The virtual time at the start.
     offset: Instant,
+    stand_in: StandIn,
+    /// The late frames that have arrived.
+    late: VecDeque<(Instant, Frame)>,
+}
+
+impl Paced {
+    /// The next frame that the faults of the stand-in do not hold back.
+    fn passed(&mut self, until: Instant) -> Result<Option<(Instant, Frame)>, AdapterError> {
+        loop {
+            self.late.extend(self.stand_in.arrived());
+            if let Some(late) = self.late.pop_front() {
+                return Ok(Some(late));
+            }
+            let next = self.stand_in.from_sensor.next();
+            let stop = next.map_or(until, |next| next.min(until));
+            match self.adapter.receive(stop)? {
+                Some((at, frame)) => {
+                    if let Some(frame) = self.stand_in.from_sensor.pass(at, frame) {
+                        return Ok(Some((at, frame)));
+                    }
+                }
+                None if stop == until => return Ok(None),
+                None => {}
+            }
+        }
+    }
 }
 
 impl Adapter for Paced {
@@ -149,7 +188,7 @@ impl Adapter for Paced {
 
     fn receive(&mut self, until: Instant) -> Result<Option<(Instant, Frame)>, AdapterError> {
         self.adapter.forget_log();
-        let received = self.adapter.receive(until)?;
+        let received = self.passed(until)?;
         let virtual_time = self.adapter.now().ticks() - self.offset.ticks();
         let virtual_time = time::Duration::from_micros(virtual_time);
         let ahead = self
@@ -167,5 +206,9 @@ impl Adapter for Paced {
 
     fn errors(&mut self) -> Option<u64> {
         self.adapter.errors()
+    }
+
+    fn stand_in(&mut self) -> Option<&mut dyn Any> {
+        Some(&mut self.stand_in)
     }
 }

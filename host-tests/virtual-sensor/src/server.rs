@@ -27,19 +27,19 @@ mod status;
 pub mod tcp;
 
 pub use clock::Clock;
-pub use control::Unit;
+pub use control::{MemoryFault, Request, Side, Topic, Unit};
 pub use event::{Events, Language};
 pub use log::Log;
 pub use outside::Outside;
+pub use passage::{Passage, Rule};
 pub use status::StatusLine;
 
 use crate::slcan::Channel;
 use adapter::AdapterError;
 use bench::{Bus, DeviceId, Source};
 use clock::{Line, write_time};
-use control::{Control, Side};
+use control::Control;
 use event::{ClientId, Event};
-use passage::Passage;
 use plumbline::time::{Instant, after, millis};
 use port::{AdapterPort, Leaving};
 use session::Session;

@@ -28,6 +28,9 @@ errors! {
         NoRandom(reason: String): Bus "no-random" = "no random numbers: {reason}", "keine Zufallszahlen: {reason}";
         SheetGone: Usage "unknown-product" = "the server does not have this data sheet any more: choose its file again",
             "der Server hat dieses Datenblatt nicht mehr: Wählen Sie die Datei noch einmal";
+        StandIn(why: String): Usage "bad-value" = "the virtual sensor refuses it: {why}", "der virtuelle Sensor lehnt ab: {why}";
+        NoStandIn: Usage "not-connected" = "there is no virtual sensor: only a port demo:PRODUCT has one", "es gibt keinen virtuellen Sensor: Nur ein Anschluss demo:PRODUKT hat einen";
+        NotOfStandIn: Usage "bad-request" = "the page cannot ask this of the virtual sensor", "die Seite kann das vom virtuellen Sensor nicht verlangen";
         NotInCatalogue(product: String): Usage "wrong-image" = "the catalogue does not have the product {product} of the file: nothing has changed",
             "der Katalog hat das Produkt {product} der Datei nicht: Nichts hat sich geändert";
         NotConnected: Usage "not-connected" = "there is no sensor: connect to one first", "kein Sensor: Verbinden Sie sich zuerst mit einem";

@@ -45,6 +45,7 @@ pub const ASSETS: &[Asset] = &[
     asset!(JS, "parameters.js"),
     asset!(JS, "reading.js"),
     asset!(JS, "ring.js"),
+    asset!(JS, "stand-in.js"),
     asset!(JS, "state.js"),
     asset!(JS, "texts.js"),
     asset!(JS, "trace.js"),

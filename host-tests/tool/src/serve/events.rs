@@ -58,6 +58,8 @@ pub enum Kind {
     Frames,
     /// The transmit list, and the log that is sent.
     Transmission,
+    /// The virtual sensor of the demonstration, or null.
+    StandIn,
     /// What the last scan has found.
     Found,
     /// The data sheets that the user has opened.
@@ -86,6 +88,7 @@ impl Kind {
             Self::Condition => "condition",
             Self::Frames => "frames",
             Self::Transmission => "transmission",
+            Self::StandIn => "stand-in",
             Self::Found => "found",
             Self::Sheets => "sheets",
             Self::Calibration => "calibration",

@@ -20,6 +20,7 @@ use serde_json::Value;
 use std::path::Path;
 use std::sync::Arc;
 use tokio::sync::oneshot;
+use virtual_sensor::server as stand_in;
 
 /// Opens the adapter of a port, in the thread of the worker.
 pub type Opener = Box<dyn FnMut(&str) -> Result<Box<dyn Adapter>, Error> + Send>;
@@ -272,6 +273,8 @@ pub enum Task {
     Chart(Chart),
     /// Change what is sent beside the requests.
     Transmit(Transmit),
+    /// Move or break the virtual sensor.
+    StandIn(stand_in::Request),
     /// Read all settings into a file.
     Backup,
     /// Write the settings of a file that differ.

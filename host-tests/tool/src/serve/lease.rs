@@ -3,6 +3,7 @@
 
 use super::tap::Tap;
 use super::transmission::Transmission;
+use crate::demo::StandIn;
 use adapter::unread::Unread;
 use adapter::{Adapter, AdapterError, Capabilities, Mode};
 use plumbline::can::{BitRate, Frame};
@@ -94,6 +95,13 @@ impl Lease {
         shared.kept = None;
         shared.stop();
         shared.adapter.close();
+    }
+
+    /// Does something with the virtual sensor behind the adapter; None: the bus is real.
+    pub fn with_stand_in<T>(&self, run: impl FnOnce(&mut StandIn) -> T) -> Option<T> {
+        let mut shared = self.0.borrow_mut();
+        let stand_in = shared.adapter.stand_in()?.downcast_mut()?;
+        Some(run(stand_in))
     }
 
     /// The frames of the adapter.

@@ -4,6 +4,7 @@ mod action;
 mod commands;
 mod others;
 mod report;
+mod stand_in;
 mod transmit;
 mod unsaved;
 mod update;
@@ -195,6 +196,7 @@ impl Worker {
         {
             self.error = Some(failure.texts());
             self.port = None;
+            self.show_stand_in();
             self.forget();
             self.report();
         }
@@ -239,9 +241,11 @@ impl Worker {
             return Ok(lease.clone());
         }
         self.port = None;
+        self.show_stand_in();
         let lease = Lease::new((self.opener)(port)?, self.transmission.clone());
         self.port = Some((port.to_owned(), lease.clone()));
         (self.status.tells_errors, self.status.errors_at) = (true, None);
+        self.show_stand_in();
         Ok(lease)
     }
 
@@ -259,6 +263,7 @@ impl Worker {
             Task::Align(wanted) => self.align(&wanted),
             Task::Chart(wanted) => self.chart(&wanted),
             Task::Transmit(wanted) => self.transmit(wanted),
+            Task::StandIn(request) => self.stand_in(request),
             Task::Backup => self.backup(),
             Task::Restore {
                 text,
@@ -309,6 +314,7 @@ impl Worker {
                 // An adapter that has failed can be plugged in again.
                 if failure.kind() == Refusal::Bus {
                     worker.port = None;
+                    worker.show_stand_in();
                 }
                 let _ = worker.close();
                 if failure.questions().is_empty() {

@@ -4,13 +4,13 @@ mod perform;
 mod request;
 mod unit;
 
-pub(super) use request::Side;
+pub(super) use perform::span;
+pub use request::{MemoryFault, Request, Side, Topic};
 pub use unit::Unit;
 
 use super::Server;
 use super::event::{Client, ClientId};
 use bench::{AdapterId, Logged, Source};
-use request::Topic;
 use serde_json::{Value, json};
 use unit::{Event, seconds};
 

@@ -1,20 +1,42 @@
 //! Faults between a client and the bus: frames that get lost or arrive late.
 
+use super::control::span;
+use can_wire::text;
 use plumbline::can::{Frame, Id};
 use plumbline::time::{Duration, Instant, after};
 
+/// The longest delay of a frame in s.
+const LONGEST: f64 = 60.0;
+
 /// A fault of the next frames in one direction.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Rule {
+pub struct Rule {
     /// The number of frames that still have the fault.
-    pub(super) count: u32,
+    count: u32,
     /// The identifier of these frames; None: any.
-    pub(super) identifier: Option<Id>,
+    identifier: Option<Id>,
     /// None: they get lost.
-    pub(super) delay: Option<Duration>,
+    delay: Option<Duration>,
 }
 
 impl Rule {
+    /// This number of frames with this identifier, or all, get lost, or are late by this time in s.
+    ///
+    /// # Errors
+    /// A sentence: the identifier or the time is not valid.
+    pub fn new(count: u32, identifier: Option<&str>, seconds: Option<f64>) -> Result<Self, String> {
+        let id_of = |digits: &str| {
+            let frame = text::parse(&format!("{digits}#"));
+            let what = "is not an identifier: it has 3 or 8 hexadecimal digits";
+            frame.map_or_else(|_| Err(format!("{digits} {what}")), |frame| Ok(frame.id()))
+        };
+        Ok(Self {
+            count,
+            identifier: identifier.map(id_of).transpose()?,
+            delay: seconds.map(|time| span(time, LONGEST)).transpose()?,
+        })
+    }
+
     fn concerns(&self, frame: &Frame) -> bool {
         self.count > 0 && self.identifier.is_none_or(|id| id == frame.id())
     }
@@ -22,7 +44,7 @@ impl Rule {
 
 /// One direction between a client and the bus.
 #[derive(Debug, Default)]
-pub(super) struct Passage {
+pub struct Passage {
     rules: Vec<Rule>,
     /// The late frames with the time of their arrival.
     late: Vec<(Instant, Frame)>,
@@ -30,13 +52,13 @@ pub(super) struct Passage {
 
 impl Passage {
     /// Adds a fault. It takes effect after those that were added before.
-    pub(super) fn add(&mut self, rule: Rule) {
+    pub fn add(&mut self, rule: Rule) {
         self.rules.retain(|rule| rule.count > 0);
         self.rules.push(rule);
     }
 
     /// The frame if it arrives at once.
-    pub(super) fn pass(&mut self, at: Instant, frame: Frame) -> Option<Frame> {
+    pub fn pass(&mut self, at: Instant, frame: Frame) -> Option<Frame> {
         let Some(rule) = self.rules.iter_mut().find(|rule| rule.concerns(&frame)) else {
             return Some(frame);
         };
@@ -48,24 +70,24 @@ impl Passage {
     }
 
     /// Takes the late frames that have arrived, with the time of their arrival.
-    pub(super) fn arrived(&mut self, now: Instant) -> Vec<(Instant, Frame)> {
+    pub fn arrived(&mut self, now: Instant) -> Vec<(Instant, Frame)> {
         let mut arrived: Vec<_> = self.late.extract_if(.., |(at, _)| *at <= now).collect();
         arrived.sort_by_key(|(at, _)| *at);
         arrived
     }
 
     /// The arrival of the next late frame.
-    pub(super) fn next(&self) -> Option<Instant> {
+    pub fn next(&self) -> Option<Instant> {
         self.late.iter().map(|(at, _)| *at).min()
     }
 
     /// The number of late frames.
-    pub(super) fn late(&self) -> usize {
+    pub fn late(&self) -> usize {
         self.late.len()
     }
 
     /// Drops the late frames.
-    pub(super) fn clear(&mut self) {
+    pub fn clear(&mut self) {
         self.late.clear();
     }
 }

@@ -91,6 +91,11 @@ pub(super) async fn chart(State(app): State<Arc<App>>, headers: HeaderMap, body:
     on_sensor(&app, &headers, Task::Chart(parse(&body)?)).await
 }
 
+/// Moves or breaks the virtual sensor.
+pub(super) async fn stand_in(State(app): State<Arc<App>>, body: Bytes) -> Answer {
+    work(&app, Task::StandIn(parse(&body)?)).await
+}
+
 /// Changes what is sent beside the requests.
 pub(super) async fn transmit(State(app): State<Arc<App>>, body: Bytes) -> Answer {
     work(&app, Task::Transmit(parse(&body)?)).await

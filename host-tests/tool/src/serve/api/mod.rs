@@ -20,6 +20,7 @@
 //! | `POST /api/samples` | `{"perSecond": 200}` | the samples per second |
 //! | `POST /api/chart` | `{"add": {"protocol": .., "address": ..}}`, `{"remove": 2}` | the sensors in the chart beside the connected one |
 //! | `POST /api/transmit` | `{"add": {"frame": "181#0102", "every": 100}}`, `{"start": 1}`, `{"replay": {"text": .., ..}}` | the transmit list, and the replay of a log |
+//! | `POST /api/stand-in` | `{"do": "tilt", "x": 10, "y": -2.5}` | moves or breaks the virtual sensor of a demonstration, by the control protocol of `virtual-sensor` |
 //! | `POST /api/backup` | `{}` | reads all settings into a file |
 //! | `POST /api/restore` | `{"text": .., "only": []}` | writes the differences, stores them |
 //! | `POST /api/eds` | `{"name": .., "text": ..}` | takes a data sheet, which has a key then: `eds:1` |
@@ -146,6 +147,7 @@ pub fn router(app: App) -> Router {
         .route("/scan", post(bus::scan))
         .route("/stop", post(bus::stop))
         .route("/run", post(bus::run))
+        .route("/stand-in", post(bus::stand_in))
         .route("/update", post(bus::update))
         .route("/align", post(bus::align))
         .route("/samples", post(bus::samples))

@@ -8,6 +8,7 @@ use plumbline::can::{BitRate, Frame};
 use plumbline::time::Instant;
 use plumbline_tool::error::Error;
 use plumbline_tool::{demo, port};
+use std::any::Any;
 use std::thread;
 use std::time::Duration;
 
@@ -55,5 +56,9 @@ impl Adapter for Fast {
 
     fn errors(&mut self) -> Option<u64> {
         self.0.errors()
+    }
+
+    fn stand_in(&mut self) -> Option<&mut dyn Any> {
+        self.0.stand_in()
     }
 }

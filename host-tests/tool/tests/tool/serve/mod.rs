@@ -17,6 +17,7 @@ mod identity;
 mod j1939;
 mod owner;
 mod scan;
+mod stand_in;
 mod stream;
 mod texts;
 mod transmit;

@@ -1,13 +1,13 @@
 //! What the requests of control clients do.
 
 use super::request::{MemoryFault, Request, Side, Topic, parse};
-use super::unit::{angles, seconds};
+use super::unit::{Unit, angles, seconds};
 use crate::server::passage::Rule;
 use crate::server::port::QUEUE_MAX;
 use crate::server::{ClientId, Clock, RunError, Server};
 use bench::fault::Fault;
 use bench::scene::{Axes, Scene, SceneError};
-use bench::{Sensor, Source};
+use bench::{Bus, Source};
 use can_wire::text;
 use plumbline::node::BusMode;
 use plumbline::time::{Duration, Instant, after};
@@ -18,20 +18,18 @@ use stm32_sim::Microcontroller;
 /// The longest advance in s: the server does nothing else meanwhile.
 const LONGEST_ADVANCE: f64 = 60.0;
 
-/// The longest delay of a frame in s.
-const LONGEST_DELAY: f64 = 60.0;
+/// A request that names a sensor although it is not for one.
+const OF_ALL: &str = "this request is not for one sensor";
 
 /// The members of the answer, or why the request was refused.
-pub(super) type Answer = Result<Value, String>;
+pub type Answer = Result<Value, String>;
 
 impl Server {
     /// Performs the request in a line.
     pub(super) fn perform(&mut self, id: ClientId, line: &[u8]) -> Result<Answer, RunError> {
         Ok(match parse(line) {
             Err(error) => Err(error),
-            Ok((request, Some(_))) if request.is_of_all() => {
-                Err("this request is not for one sensor".into())
-            }
+            Ok((request, Some(_))) if request.is_of_all() => Err(OF_ALL.into()),
             Ok((Request::Advance { seconds }, _)) => match self.advance_limit(seconds) {
                 Err(error) => Err(error),
                 Ok(limit) => {
@@ -78,72 +76,7 @@ impl Server {
                     .collect();
                 return Ok(json!({ "sensors": sensors }));
             }
-            Request::State {} => return Ok(self.units[unit?].state(&mut self.bus)),
-            Request::Image {} => return Ok(self.units[unit?].image(&mut self.bus)),
-            Request::Tilt { x, y } => return self.play(unit?, |_, axes| Scene::tilt(x, y, axes)),
-            Request::Rate { x, y, seconds } => {
-                return self.play(unit?, |from, axes| Scene::turn(from, (x, y), seconds, axes));
-            }
-            Request::Sine { x, y, hertz } => {
-                return self.play(unit?, |from, axes| Scene::sine(from, (x, y), hertz, axes));
-            }
-            Request::Scene { file, csv } => {
-                return self.play(unit?, |_, _| read(file.as_deref(), csv.as_deref()));
-            }
-            Request::Temperature { celsius } => {
-                let celsius = within(celsius, -100.0, 200.0, "temperature in degC")?;
-                self.units[unit?].stage.set_temperature(celsius);
-            }
-            Request::Supply { volts } => {
-                let volts = within(volts, 0.0, 60.0, "supply in V")?;
-                self.units[unit?].stage.set_supply(volts);
-            }
-            Request::Accelerometer { fault } => {
-                let unit = unit?;
-                self.check_fault(unit, fault)?;
-                self.units[unit].stage.set_fault(self.bus.now(), fault);
-            }
-            Request::Memory { fault } => {
-                let flash = self.sensor(unit?).flash();
-                flash.fail_writes(fault == Some(MemoryFault::Programming));
-                flash.fail_erases(fault == Some(MemoryFault::Erasing));
-            }
-            Request::Damage {} => {
-                if !self.sensor(unit?).flash().corrupt_newest() {
-                    return Err("nothing was saved since the start of the program".into());
-                }
-            }
-            Request::Power { on } => {
-                let now = self.bus.now();
-                let sensor = self.sensor(unit?);
-                match on {
-                    true if !sensor.is_on() => sensor.power_on(now),
-                    false if sensor.is_on() => sensor.power_off(now),
-                    _ => {}
-                }
-                return Ok(json!({ "on": sensor.is_on(), "boots": sensor.boots() }));
-            }
-            Request::Restart {} => {
-                let now = self.bus.now();
-                let sensor = self.sensor(unit?);
-                sensor.power_cycle(now);
-                return Ok(json!({ "boots": sensor.boots() }));
-            }
-            Request::CutInSave { operations, seed } => {
-                let sensor = self.sensor(unit?);
-                if !sensor.is_on() {
-                    return Err("the sensor is off".into());
-                }
-                sensor.flash().cut_in_operation_after(operations, seed);
-            }
-            Request::BusOff {} => return self.drive_bus_off(unit?),
-            Request::Corrupt { count } => {
-                let of = match sensor {
-                    Some(_) => Some(Source::Device(self.units[unit?].device)),
-                    None => None,
-                };
-                self.bus.corrupt(count, of);
-            }
+            Request::Corrupt { count } if sensor.is_none() => self.bus.corrupt(count, None),
             Request::HideAcknowledge { count } => self.bus.drop_acknowledges(count),
             Request::Lose {
                 count,
@@ -155,10 +88,7 @@ impl Server {
                 from,
                 identifier,
                 seconds,
-            } => {
-                let delay = span(seconds, LONGEST_DELAY)?;
-                return self.disturb(count, from, identifier.as_deref(), Some(delay));
-            }
+            } => return self.disturb(count, from, identifier.as_deref(), Some(seconds)),
             Request::Send { frame } => {
                 let frame = text::parse(&frame)?;
                 let adapter = self.adapter_of(id).ok_or("the client has left")?;
@@ -177,36 +107,122 @@ impl Server {
                     control.topics = events;
                 }
             }
+            request => return self.units[unit?].perform(&mut self.bus, request),
         }
         Ok(json!({}))
     }
 
-    fn sensor(&mut self, unit: usize) -> &mut dyn Sensor {
-        self.bus.device_mut(self.units[unit].device)
+    /// Disturbs the next frames between the clients and the bus.
+    fn disturb(
+        &mut self,
+        count: u32,
+        from: Side,
+        identifier: Option<&str>,
+        seconds: Option<f64>,
+    ) -> Answer {
+        let rule = Rule::new(count, identifier, seconds)?;
+        let mut clients = 0;
+        for passage in self.passages(from) {
+            passage.add(rule);
+            clients += 1;
+        }
+        Ok(json!({ "clients": clients }))
+    }
+}
+
+impl Unit {
+    /// Performs a request for this sensor, which takes no time.
+    ///
+    /// # Errors
+    /// A sentence: it is not possible, or not for one sensor. Then nothing has changed.
+    pub fn perform(&self, bus: &mut Bus, request: Request) -> Answer {
+        match request {
+            Request::State {} => return Ok(self.state(bus)),
+            Request::Image {} => return Ok(self.image(bus)),
+            Request::Tilt { x, y } => return self.play(bus, |_, axes| Scene::tilt(x, y, axes)),
+            Request::Rate { x, y, seconds } => {
+                return self.play(bus, |from, axes| Scene::turn(from, (x, y), seconds, axes));
+            }
+            Request::Sine { x, y, hertz } => {
+                return self.play(bus, |from, axes| Scene::sine(from, (x, y), hertz, axes));
+            }
+            Request::Scene { file, csv } => {
+                return self.play(bus, |_, _| read(file.as_deref(), csv.as_deref()));
+            }
+            Request::Temperature { celsius } => {
+                let celsius = within(celsius, -100.0, 200.0, "temperature in degC")?;
+                self.stage.set_temperature(celsius);
+            }
+            Request::Supply { volts } => {
+                let volts = within(volts, 0.0, 60.0, "supply in V")?;
+                self.stage.set_supply(volts);
+            }
+            Request::Accelerometer { fault } => {
+                self.check_fault(bus, fault)?;
+                self.stage.set_fault(bus.now(), fault);
+            }
+            Request::Memory { fault } => {
+                let flash = bus.device_mut(self.device).flash();
+                flash.fail_writes(fault == Some(MemoryFault::Programming));
+                flash.fail_erases(fault == Some(MemoryFault::Erasing));
+            }
+            Request::Damage {} => {
+                if !bus.device_mut(self.device).flash().corrupt_newest() {
+                    return Err("nothing was saved since the start of the program".into());
+                }
+            }
+            Request::Power { on } => {
+                let now = bus.now();
+                let sensor = bus.device_mut(self.device);
+                match on {
+                    true if !sensor.is_on() => sensor.power_on(now),
+                    false if sensor.is_on() => sensor.power_off(now),
+                    _ => {}
+                }
+                return Ok(json!({ "on": sensor.is_on(), "boots": sensor.boots() }));
+            }
+            Request::Restart {} => {
+                let now = bus.now();
+                let sensor = bus.device_mut(self.device);
+                sensor.power_cycle(now);
+                return Ok(json!({ "boots": sensor.boots() }));
+            }
+            Request::CutInSave { operations, seed } => {
+                let sensor = bus.device_mut(self.device);
+                if !sensor.is_on() {
+                    return Err("the sensor is off".into());
+                }
+                sensor.flash().cut_in_operation_after(operations, seed);
+            }
+            Request::BusOff {} => return self.drive_bus_off(bus),
+            Request::Corrupt { count } => bus.corrupt(count, Some(Source::Device(self.device))),
+            _ => return Err(OF_ALL.into()),
+        }
+        Ok(json!({}))
     }
 
     /// Gives a sensor another scene, which `make` makes from its present angles and its axes.
     fn play(
-        &mut self,
-        unit: usize,
+        &self,
+        bus: &mut Bus,
         make: impl FnOnce((f64, f64), Axes) -> Result<Scene, SceneError>,
     ) -> Answer {
-        let (unit, now) = (&self.units[unit], self.bus.now());
-        let axes = unit.axes(&mut self.bus);
-        let scene = make(unit.stage.angles(now, axes), axes).map_err(|error| error.to_string())?;
+        let now = bus.now();
+        let axes = self.axes(bus);
+        let scene = make(self.stage.angles(now, axes), axes).map_err(|error| error.to_string())?;
         let end = scene.end();
         let to = end.map(|end| angles(scene.angles(end, axes), axes));
-        unit.stage.play(now, scene);
+        self.stage.play(now, scene);
         Ok(json!({
-            "scene": angles(unit.stage.angles(now, axes), axes),
+            "scene": angles(self.stage.angles(now, axes), axes),
             "ends": end.map(|end| seconds(now) + seconds(end)),
             "to": to,
         }))
     }
 
     /// Refuses a fault that the accelerometer of a firmware image cannot have.
-    fn check_fault(&self, unit: usize, fault: Option<Fault>) -> Result<(), String> {
-        let device = self.bus.device(self.units[unit].device);
+    fn check_fault(&self, bus: &Bus, fault: Option<Fault>) -> Result<(), String> {
+        let device = bus.device(self.device);
         let chip = Microcontroller::of(device);
         let is_adxl355 = chip.is_some_and(|chip| chip.io().adxl355.is_some());
         match fault {
@@ -221,9 +237,8 @@ impl Server {
     }
 
     /// Disturbs the frames of a sensor until it is bus-off.
-    fn drive_bus_off(&mut self, unit: usize) -> Answer {
-        let device = self.units[unit].device;
-        let sensor = self.bus.device(device);
+    fn drive_bus_off(&self, bus: &mut Bus) -> Answer {
+        let sensor = bus.device(self.device);
         let takes_part = sensor.mode() == Some(BusMode::Normal);
         let Some((errors, _)) = sensor.error_counters().filter(|_| takes_part) else {
             return Err("the sensor does not take part in the bus".into());
@@ -231,39 +246,13 @@ impl Server {
         // A frame on the wire may still end well, which takes 1 from the counter. Bus-off is above 255.
         let errors = u32::from(errors).saturating_sub(1);
         let frames = 256_u32.saturating_sub(errors).div_ceil(8);
-        self.bus.corrupt(frames, Some(Source::Device(device)));
+        bus.corrupt(frames, Some(Source::Device(self.device)));
         Ok(json!({ "frames": frames }))
-    }
-
-    /// Disturbs the next frames between the clients and the bus.
-    fn disturb(
-        &mut self,
-        count: u32,
-        from: Side,
-        identifier: Option<&str>,
-        delay: Option<Duration>,
-    ) -> Answer {
-        let id_of = |digits: &str| {
-            let frame = text::parse(&format!("{digits}#"));
-            let what = "is not an identifier: it has 3 or 8 hexadecimal digits";
-            frame.map_or_else(|_| Err(format!("{digits} {what}")), |frame| Ok(frame.id()))
-        };
-        let rule = Rule {
-            count,
-            identifier: identifier.map(id_of).transpose()?,
-            delay,
-        };
-        let mut clients = 0;
-        for passage in self.passages(from) {
-            passage.add(rule);
-            clients += 1;
-        }
-        Ok(json!({ "clients": clients }))
     }
 }
 
 /// A number of seconds as a span.
-fn span(seconds: f64, longest: f64) -> Result<Duration, String> {
+pub(in crate::server) fn span(seconds: f64, longest: f64) -> Result<Duration, String> {
     if !(0.0..=longest).contains(&seconds) {
         return Err(format!("the seconds are 0 to {longest}"));
     }

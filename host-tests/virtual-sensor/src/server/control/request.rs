@@ -8,76 +8,128 @@ use std::path::PathBuf;
 /// What a line asks for.
 #[derive(Debug, Deserialize)]
 #[serde(tag = "do", rename_all = "kebab-case", deny_unknown_fields)]
-pub(super) enum Request {
+pub enum Request {
+    /// The names and models of all sensors.
     Sensors {},
+    /// The state of a sensor.
     State {},
+    /// The nonvolatile memory.
     Image {},
+    /// At rest with these angles in degrees.
     Tilt {
+        /// The first angle, rate or amplitude.
         x: f64,
+        /// The second one.
         y: f64,
     },
+    /// Turns with these rates in deg/s.
     Rate {
+        /// The first angle, rate or amplitude.
         x: f64,
+        /// The second one.
         y: f64,
+        /// The time in s.
         seconds: Option<f64>,
     },
+    /// Oscillates around the present angles.
     Sine {
+        /// The first angle, rate or amplitude.
         x: f64,
+        /// The second one.
         y: f64,
+        /// The frequency.
         hertz: f64,
     },
+    /// Plays a recording.
     Scene {
+        /// Its file.
         file: Option<PathBuf>,
+        /// Its text.
         csv: Option<String>,
     },
+    /// The temperature; None: that of the scene.
     Temperature {
+        /// In degC.
         celsius: Option<f64>,
     },
+    /// The supply; None: that of the scene.
     Supply {
+        /// In V.
         volts: Option<f64>,
     },
+    /// A fault of the accelerometer; None: it works.
     Accelerometer {
+        /// What is wrong.
         #[serde(default, deserialize_with = "accelerometer_fault")]
         fault: Option<Fault>,
     },
+    /// A fault of the nonvolatile memory; None: it works.
     Memory {
+        /// What is wrong.
         fault: Option<MemoryFault>,
     },
+    /// Inverts a bit in what was saved last.
     Damage {},
+    /// Switches the supply.
     Power {
+        /// Whether it is on.
         on: bool,
     },
+    /// Switches the supply off and on.
     Restart {},
+    /// Cuts the power in an operation of the memory.
     CutInSave {
+        /// The operations before.
         operations: u64,
+        /// Selects what remains.
         #[serde(default)]
         seed: u64,
     },
+    /// Disturbs the frames of the sensor until it is bus-off.
     BusOff {},
+    /// Disturbs the next frames.
     Corrupt {
+        /// The number of frames.
         count: u32,
     },
+    /// Hides the acknowledge of the next frames.
     HideAcknowledge {
+        /// The number of frames.
         count: u32,
     },
+    /// The next frames get lost.
     Lose {
+        /// The number of frames.
         count: u32,
+        /// Their sender.
         from: Side,
+        /// Only these.
         identifier: Option<String>,
     },
+    /// The next frames arrive late.
     Delay {
+        /// The number of frames.
         count: u32,
+        /// Their sender.
         from: Side,
+        /// Only these.
         identifier: Option<String>,
+        /// The time in s.
         seconds: f64,
     },
+    /// Sends a frame.
     Send {
+        /// In the notation of `cansend`.
         frame: String,
     },
+    /// Lets time pass.
     Advance {
+        /// The time in s.
         seconds: f64,
     },
+    /// Selects the events.
     Subscribe {
+        /// The wanted ones.
         events: Vec<Topic>,
     },
 }
@@ -101,26 +153,34 @@ impl Request {
 /// A fault of the nonvolatile memory.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-pub(super) enum MemoryFault {
+pub enum MemoryFault {
+    /// Each attempt to program fails.
     Programming,
+    /// Each attempt to erase fails.
     Erasing,
 }
 
 /// Who has sent a frame.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-pub(in crate::server) enum Side {
+pub enum Side {
+    /// The sensors.
     Sensors,
+    /// The clients.
     Clients,
 }
 
 /// A kind of event.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-pub(super) enum Topic {
+pub enum Topic {
+    /// An LED has changed.
     Leds,
+    /// Power, mode, bit rate or state of the bus.
     State,
+    /// A save has ended.
     Stored,
+    /// A frame on the bus.
     Frames,
 }
 
