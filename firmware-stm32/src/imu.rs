@@ -34,6 +34,14 @@ pub use element::{Element, SpiError, Wires};
 pub type Fitted<const TESTS: usize, const GYROSCOPES: usize> =
     ism330dhcx::Ism330dhcx<TESTS, GYROSCOPES>;
 
+/// Its name in an image file.
+#[cfg(all(board, not(feature = "adxl355")))]
+pub const NAME: plumbline::update::Element = plumbline::update::Element::Ism330dhcx;
+
+/// Its name in an image file.
+#[cfg(all(board, feature = "adxl355"))]
+pub const NAME: plumbline::update::Element = plumbline::update::Element::Adxl355;
+
 /// The element that this firmware is built for.
 #[cfg(all(board, feature = "adxl355"))]
 pub type Fitted<const TESTS: usize, const GYROSCOPES: usize> = adxl355::Adxl355<TESTS>;

@@ -157,12 +157,13 @@ macro_rules! firmware {
             );
         };
 
-        /// The number of the product, and the version. It is in the ELF file only, for the program that makes an image file of it.
+        /// The number of the product, the measuring element, and the version. It is in the ELF file only, for the program that makes an image file of it.
         #[cfg(target_os = "none")]
         #[used]
         #[unsafe(link_section = ".plumbline.program")]
         static PROGRAM: $crate::update::About = $crate::update::About::new(
             $image,
+            $crate::imu::NAME,
             [
                 env!("CARGO_PKG_VERSION_MAJOR"),
                 env!("CARGO_PKG_VERSION_MINOR"),

@@ -1,6 +1,7 @@
 //! What a program behind a bootloader knows of it.
 
 use crate::board::LAYOUT;
+use crate::imu;
 use crate::mailbox;
 use plumbline::store::ImageId;
 use plumbline::update::header::{Header, PLACE, SIZE, crc};
@@ -16,5 +17,5 @@ pub fn crc_of_program() -> Option<u32> {
 
 /// Asks the bootloader for an update after the reset that follows.
 pub fn ask_for_update(product: ImageId, contact: &Contact) {
-    mailbox::put(&Record::new(product, contact, crc));
+    mailbox::put(&Record::new(product, imu::NAME, contact, crc));
 }

@@ -25,7 +25,8 @@
 //!       +-------+--------+--------+---------+-------+--------+---------+--------+--------+---------+-----------+--------+--------+
 //! ```
 //!
-//! Numbers are little-endian. The product is the number of its [`ImageId`](crate::store::ImageId). The version is 65536 * major + 256 * minor + patch; a higher
+//! Numbers are little-endian. The product is the number of its [`ImageId`](crate::store::ImageId), with the [measuring element](Element) in bit
+//! 15. The version is 65536 * major + 256 * minor + patch; a higher
 //! number is a newer program. The key id is 0 for an image without a signature, otherwise
 //! the first two bytes of the identifier of the key. The commit is programmed to 0000h at the end of an update.
 //!
@@ -33,6 +34,7 @@
 //! first. That of the body counts FFh in place of the header. That of the first page is of bytes 0 to [`PAGE`] of the slot with the header in
 //! its place, and FFh from its CRC on. So it covers product and board before anything is erased.
 
+use super::element::Element;
 use super::failure::Failure;
 use super::lms::{Signature, sha256};
 use crc::{CRC_32_MPEG_2, Crc, NoTable};
@@ -56,6 +58,8 @@ const COVERED: usize = 56;
 pub struct Contents {
     /// The product, the number of its [`ImageId`](crate::store::ImageId).
     pub product: u16,
+    /// The measuring element.
+    pub element: Element,
     /// The number of the board.
     pub board: u16,
     /// The layout of the memory for which the program is linked.
@@ -75,7 +79,7 @@ pub struct Header([u8; SIZE]);
 /// The sensor for which an image must be made.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Device {
-    /// The number of its product; None: any, for a bootloader that does not know its product yet.
+    /// The number of its product with the [element](Element); None: any, for a bootloader that does not know its product yet.
     pub product: Option<u16>,
     /// The number of the board.
     pub board: u16,
@@ -88,8 +92,12 @@ impl Header {
     /// is shorter than its first page.
     pub fn new(contents: &Contents, body: &[u8]) -> Option<Self> {
         let mut header = Self([0xFF; SIZE]);
-        let [product, board, key] =
-            [contents.product, contents.board, contents.key].map(u16::to_le_bytes);
+        let [product, board, key] = [
+            contents.element.with(contents.product),
+            contents.board,
+            contents.key,
+        ]
+        .map(u16::to_le_bytes);
         let [version, length] = [contents.version, body.len() as u32].map(u32::to_le_bytes);
         let fields: [&[u8]; 9] = [
             &MAGIC,
@@ -148,6 +156,15 @@ impl Header {
 
     /// The product, the number of its [`ImageId`](crate::store::ImageId).
     pub fn product(&self) -> u16 {
+        Element::product(self.product_with_element())
+    }
+
+    /// The measuring element.
+    pub fn element(&self) -> Element {
+        Element::of(self.product_with_element())
+    }
+
+    fn product_with_element(&self) -> u16 {
         (number(&self.0, 4) >> 16) as u16
     }
 
@@ -208,7 +225,10 @@ impl Header {
             Err(Failure::Damaged)
         } else if self.board() != device.board || self.layout() != device.layout {
             Err(Failure::Board)
-        } else if device.product.is_some_and(|own| own != self.product()) {
+        } else if device
+            .product
+            .is_some_and(|own| own != self.product_with_element())
+        {
             Err(Failure::Product)
         } else if !(PAGE..=size).contains(&length) || !length.is_multiple_of(4) {
             Err(Failure::Size)

@@ -1,6 +1,7 @@
 //! Firmware update over CAN: the program of a sensor is replaced by a bootloader that stays in the flash.
 //!
 //! - [`about`]: what the ELF file of a program says of it;
+//! - [`element`]: the measuring element of a program;
 //! - [`failure`]: the reasons why a download ends;
 //! - [`header`]: the image file, and what a program says of itself;
 //! - [`mod@install`]: copies a download from the second slot;
@@ -59,6 +60,7 @@
 //! the next start, [copies](mod@install) it. A power cut before the commit leaves the old program, a later one the new program.
 
 pub mod about;
+pub mod element;
 pub mod failure;
 pub mod header;
 pub mod install;
@@ -73,6 +75,7 @@ mod simulated;
 pub mod slot;
 
 pub use about::About;
+pub use element::Element;
 pub use failure::{Failure, Status};
 pub use header::{Contents, Device, Header};
 pub use install::install;

@@ -16,9 +16,10 @@
 //!       +------+----------+---------+---------+--------+---------+---------+-----------+--------+--------+
 //! ```
 //!
-//! Numbers are little-endian. The bit rate is its place in [`BitRate::ALL`]. Bit 31 of an identifier means 29 bits. The CRC is
+//! Numbers are little-endian. The product has its [measuring element](Element) in bit 15. The bit rate is its place in [`BitRate::ALL`]. Bit 31 of an identifier means 29 bits. The CRC is
 //! [that of a header](super::header::crc), of the bytes before it.
 
+use super::element::Element;
 use super::header::number;
 use crate::can::{BitRate, CanId};
 use crate::store::ImageId;
@@ -57,10 +58,10 @@ pub struct Contact {
 pub struct Record([u8; SIZE]);
 
 impl Record {
-    /// The entry of this product. `crc` is [that of a header](super::header::crc), or the unit of the board.
-    pub fn new(product: ImageId, contact: &Contact, crc: Crc) -> Self {
+    /// The entry of this product with this element. `crc` is [that of a header](super::header::crc), or the unit of the board.
+    pub fn new(product: ImageId, element: Element, contact: &Contact, crc: Crc) -> Self {
         let rate = BitRate::ALL.iter().position(|rate| *rate == contact.rate);
-        let [a, b] = product.number().to_le_bytes();
+        let [a, b] = element.with(product.number()).to_le_bytes();
         let numbers = [
             contact.request.bits(),
             contact.reply.bits(),
@@ -96,7 +97,7 @@ impl Record {
         &self.0
     }
 
-    /// The number of the product's [`ImageId`].
+    /// The number of the product's [`ImageId`], with the [element](Element).
     pub fn product(&self) -> u16 {
         (self.number::<0>() >> 16) as u16
     }
@@ -170,6 +171,7 @@ mod tests {
     use super::*;
 
     const PRODUCT: ImageId = ImageId::new(7);
+    const ELEMENT: Element = Element::Adxl355;
     const CONTACT: Contact = Contact {
         rate: BitRate::K250,
         request: CanId::standard(0x60A),
@@ -182,7 +184,7 @@ mod tests {
 
     #[test]
     fn record_tells_what_it_was_made_of() {
-        let record = Record::new(PRODUCT, &CONTACT, crc);
+        let record = Record::new(PRODUCT, ELEMENT, &CONTACT, crc);
         assert_eq!(Record::parse(record.bytes(), crc), Some(record));
         let told = Contact {
             rate: record.rate(),
@@ -193,13 +195,16 @@ mod tests {
             product_code: record.product_code(),
             serial: record.serial(),
         };
-        assert_eq!((told, record.product()), (CONTACT, PRODUCT.number()));
+        assert_eq!(
+            (told, record.product()),
+            (CONTACT, ELEMENT.with(PRODUCT.number()))
+        );
     }
 
     #[test]
     fn each_wrong_bit_makes_an_entry_invalid() {
         for bit in 0..SIZE * 8 {
-            let mut bytes = *Record::new(PRODUCT, &CONTACT, crc).bytes();
+            let mut bytes = *Record::new(PRODUCT, ELEMENT, &CONTACT, crc).bytes();
             bytes[bit / 8] ^= 1 << (bit % 8);
             assert_eq!(Record::parse(&bytes, crc), None, "bit {bit}");
         }
@@ -207,12 +212,12 @@ mod tests {
 
     #[test]
     fn newest_valid_entry_counts_and_an_interrupted_one_is_not_written_again() {
-        let first = Record::new(PRODUCT, &CONTACT, crc);
+        let first = Record::new(PRODUCT, ELEMENT, &CONTACT, crc);
         let other = Contact {
             serial: 2,
             ..CONTACT
         };
-        let second = Record::new(PRODUCT, &other, crc);
+        let second = Record::new(PRODUCT, ELEMENT, &other, crc);
         let mut page = [0xFF; 4 * SIZE];
         assert_eq!((newest(&page, crc), next_place(&page)), (None, Some(0)));
         page[..SIZE].copy_from_slice(first.bytes());

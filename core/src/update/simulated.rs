@@ -1,5 +1,6 @@
 //! A slot and image files for tests.
 
+use super::element::Element;
 use super::header::{Contents, Device, Header, PLACE, SIZE, body_parts};
 use super::lms::{PublicKey, Signature, sha256};
 use super::slot::{Program, Slot, SlotError};
@@ -121,6 +122,7 @@ pub fn file(version: u32, length: usize, seed: u8) -> Vec<u8> {
 pub fn seal(mut body: Vec<u8>, version: u32) -> Vec<u8> {
     let contents = Contents {
         product: 3,
+        element: Element::Ism330dhcx,
         board: 1,
         layout: 1,
         key: 0,
@@ -138,6 +140,7 @@ pub fn sign(file: &[u8]) -> (Vec<u8>, PublicKey) {
     let (header, body) = file.split_at(SIZE);
     let contents = Contents {
         product: 3,
+        element: Element::Ism330dhcx,
         board: 1,
         layout: 1,
         key: 0x0101,

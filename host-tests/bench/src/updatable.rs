@@ -16,7 +16,7 @@ use pages::Pages;
 use plumbline::can::{BitRate, Frame};
 use plumbline::node::{BusMode, Leds, Readout};
 use plumbline::time::Instant;
-use plumbline::update::{Program, Record, header};
+use plumbline::update::{Element, Program, Record, header};
 use std::collections::VecDeque;
 
 /// What runs.
@@ -97,7 +97,12 @@ impl Updatable {
     /// Goes on after the device or the bootloader has acted: a restart into the other one, or a power cut.
     fn follow(&mut self, now: Instant) {
         if let Some(contact) = self.device.take_contact() {
-            let record = Record::new(self.device.image(), &contact, header::crc);
+            let record = Record::new(
+                self.device.image(),
+                Element::Ism330dhcx,
+                &contact,
+                header::crc,
+            );
             self.start(now, Some(record));
         }
         if self.program_flash().is_cut() {

@@ -4,7 +4,7 @@ use crate::random::Random;
 use plumbline::model::catalog::Product;
 use plumbline::update::header::{PAGE, PLACE, SIZE};
 use plumbline::update::layout::BLUEPILL;
-use plumbline::update::{Contents, Header};
+use plumbline::update::{Contents, Element, Header};
 use plumbline_tool::image::ImageFile;
 
 /// The largest number of words of a program behind its first page.
@@ -20,6 +20,7 @@ pub fn any(random: &mut Random, product: &Product) -> ImageFile {
     body[PLACE..PLACE + SIZE].fill(0xFF);
     let contents = Contents {
         product: product.image.number(),
+        element: Element::Ism330dhcx,
         board: BLUEPILL.board,
         layout: BLUEPILL.number,
         key: 0,

@@ -199,6 +199,7 @@ impl Image {
         let layout = LAYOUTS.iter().find(|layout| layout.name == name)?;
         let contents = Contents {
             product: about.product(),
+            element: about.element(),
             board: layout.board,
             layout: layout.number,
             key: 0,

@@ -28,7 +28,7 @@ use plumbline::model::catalog;
 use plumbline::store::ImageId;
 use plumbline::update::header::{PLACE, SIZE, crc};
 use plumbline::update::layout::LAYOUTS;
-use plumbline::update::{Contact, Contents, Header, Layout, Record};
+use plumbline::update::{Contact, Contents, Element, Header, Layout, Record};
 use std::collections::BTreeMap;
 use std::rc::Rc;
 use std::sync::OnceLock;
@@ -100,6 +100,7 @@ fn file(name: &str, version: u32) -> Vec<u8> {
 fn seal(product: u16, version: u32, body: &[u8]) -> Vec<u8> {
     let contents = Contents {
         product,
+        element: Element::Ism330dhcx,
         board: layout().board,
         layout: layout().number,
         key: 0,
@@ -191,7 +192,7 @@ fn known(rate: BitRate) -> Contact {
 /// Pages without a program, with a boot record.
 fn record_only(rate: BitRate) -> Vec<u8> {
     let mut slot = vec![0xFF; board().facts().slot.len()];
-    let record = Record::new(jn2101(), &known(rate), crc);
+    let record = Record::new(jn2101(), Element::Ism330dhcx, &known(rate), crc);
     slot[record_place()..][..record.bytes().len()].copy_from_slice(record.bytes());
     slot
 }

@@ -62,6 +62,7 @@ impl ImageFile {
         }
         let contents = Contents {
             product: about.product(),
+            element: about.element(),
             board: board.board,
             layout: board.number,
             key: 0,
@@ -114,6 +115,7 @@ impl ImageFile {
         let body = &self.bytes[SIZE + self.header.signature()..];
         let contents = Contents {
             product: self.header.product(),
+            element: self.header.element(),
             board: self.header.board(),
             layout: self.header.layout(),
             key: key.public().number(),

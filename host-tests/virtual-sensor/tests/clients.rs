@@ -4,7 +4,7 @@
 use host_tests::python;
 use plumbline::model::catalog;
 use plumbline::update::layout::BLUEPILL;
-use plumbline::update::{Contents, Header};
+use plumbline::update::{Contents, Element, Header};
 use std::fs;
 use std::io::{Write, stderr};
 use std::path::Path;
@@ -57,6 +57,7 @@ fn small_image() -> Vec<u8> {
     let product = catalog::find("jn2101").expect("a product");
     let contents = Contents {
         product: product.image.number(),
+        element: Element::Ism330dhcx,
         board: BLUEPILL.board,
         layout: BLUEPILL.number,
         key: 0,

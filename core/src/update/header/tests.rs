@@ -12,6 +12,7 @@ const DEVICE: Device = Device {
 fn page() -> ([u8; PAGE], Header) {
     let contents = Contents {
         product: 3,
+        element: Element::Ism330dhcx,
         board: 1,
         layout: 1,
         key: 0,
@@ -38,6 +39,10 @@ fn crc_is_that_of_the_unit_of_an_stm32() {
 fn header_is_read_as_it_was_written() {
     let (_, header) = page();
     assert_eq!(Header::parse(header.bytes()), Some(header));
+    assert_eq!(
+        (header.product(), header.element()),
+        (3, Element::Ism330dhcx)
+    );
 }
 
 #[test]
@@ -102,6 +107,17 @@ fn image_for_another_device_is_refused_with_its_reason() {
     let cases = [
         (
             check(Device { product, ..DEVICE }, 4096, None),
+            Failure::Product,
+        ),
+        (
+            check(
+                Device {
+                    product: Some(Element::Adxl355.with(3)),
+                    ..DEVICE
+                },
+                4096,
+                None,
+            ),
             Failure::Product,
         ),
         (

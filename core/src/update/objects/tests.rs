@@ -1,5 +1,6 @@
 //! Tests of the bootloader through its SDO server.
 
+use super::super::element::Element;
 use super::super::header::crc;
 use super::super::record::Contact;
 use super::super::server::UpdateServer;
@@ -29,7 +30,7 @@ struct Bus {
 impl Bus {
     fn new(mut flash: Flash) -> Self {
         let program = Program::of(&flash).committed(&mut flash);
-        let record = Record::new(ImageId::new(3), &CONTACT, crc);
+        let record = Record::new(ImageId::new(3), Element::Ism330dhcx, &CONTACT, crc);
         Self {
             update: Update::new(flash, program, DEVICE, Some(record)),
             server: UpdateServer::new(),

@@ -142,7 +142,7 @@ fn power_cut_while_the_boot_record_is_stored_leaves_the_program_and_its_bootload
     let [old, _] = files("jn2101");
     let empty = slot(&old);
     let mut full = empty.clone();
-    let record = Record::new(jn2101(), &known(RATE), crc);
+    let record = Record::new(jn2101(), Element::Ism330dhcx, &known(RATE), crc);
     for place in full[record_place()..].as_chunks_mut().0 {
         *place = *record.bytes();
     }

@@ -11,6 +11,7 @@ fn sign(file: &[u8]) -> (Vec<u8>, PublicKey) {
     let header = header.first_chunk().and_then(Header::parse);
     let contents = Contents {
         product: jn2101().number(),
+        element: Element::Ism330dhcx,
         board: layout().board,
         layout: layout().number,
         key: 0x0101,

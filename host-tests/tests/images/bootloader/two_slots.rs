@@ -186,20 +186,24 @@ fn old_program_stays_until_the_new_one_is_copied() {
     rig.expect(BOOT_UP, START);
 }
 
-fn image_for_another_product_or_board_is_refused_before_an_erase() {
+fn image_for_another_product_element_or_board_is_refused_before_an_erase() {
     let rate = BitRate::M1;
     let mut rig = waiting(rate);
     let own = loop_file(LENGTH, 0x5A, 2);
     let (header, body) = own.split_at(SIZE);
     let own = header.first_chunk().and_then(Header::parse).expect("one");
+    let (product, board, layout) = (own.product(), own.board(), own.layout());
+    let (element, other) = (Element::Ism330dhcx, Element::Adxl355);
     let others = [
-        (own.product() + 1, own.board(), own.layout()),
-        (own.product(), own.board() + 1, own.layout()),
-        (own.product(), own.board(), own.layout() + 1),
+        (product + 1, element, board, layout),
+        (product, other, board, layout),
+        (product, element, board + 1, layout),
+        (product, element, board, layout + 1),
     ];
-    for (product, board, layout) in others {
+    for (product, element, board, layout) in others {
         let contents = Contents {
             product,
+            element,
             board,
             layout,
             key: 0,
@@ -217,7 +221,7 @@ mod nucleo_f103 {
     on! {
         crate::rig::on_the_nucleo_f103:
         old_program_stays_until_the_new_one_is_copied,
-        image_for_another_product_or_board_is_refused_before_an_erase,
+        image_for_another_product_element_or_board_is_refused_before_an_erase,
         power_cut_in_a_download_leaves_a_whole_program,
         power_cut_in_a_copy_repeats_it
     }
@@ -227,7 +231,7 @@ mod nucleo_f446 {
     on! {
         crate::rig::on_the_nucleo:
         old_program_stays_until_the_new_one_is_copied,
-        image_for_another_product_or_board_is_refused_before_an_erase,
+        image_for_another_product_element_or_board_is_refused_before_an_erase,
         power_cut_in_a_download_leaves_a_whole_program,
         power_cut_in_a_copy_repeats_it
     }

@@ -5,7 +5,7 @@ use hbs_lms::signature::SignerMut;
 use hbs_lms::{HssParameter, LmotsAlgorithm, LmsAlgorithm, Seed, Sha256_256};
 use plumbline::update::header::{SIZE, body_parts};
 use plumbline::update::lms::{Lms, Signature, sha256};
-use plumbline::update::{Contents, Header, PublicKey};
+use plumbline::update::{Contents, Element, Header, PublicKey};
 use plumbline_tool::signing::PrivateKey;
 use std::collections::BTreeSet;
 use std::fs;
@@ -29,6 +29,7 @@ impl Files {
                 .unwrap()
                 .image
                 .number(),
+            element: Element::Ism330dhcx,
             board: 1,
             layout: 1,
             key: 0,

@@ -6,7 +6,7 @@ use host_tests::effort;
 use plumbline::can::BitRate;
 use plumbline::model::catalog::find;
 use plumbline::update::header::SIZE;
-use plumbline::update::{Contents, Header};
+use plumbline::update::{Contents, Element, Header};
 use plumbline_tool::image::ImageFile;
 use plumbline_tool::signing::KeyFile;
 use serde_json::json;
@@ -64,6 +64,7 @@ impl Files {
         body.extend(difference.to_le_bytes());
         let contents = Contents {
             product: own.header.product(),
+            element: Element::Ism330dhcx,
             board: own.header.board(),
             layout: own.header.layout(),
             key: 0,
