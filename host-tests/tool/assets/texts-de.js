@@ -216,7 +216,7 @@ export const de = {
   "update-same": "Der Sensor hat Version {0} schon: Es wurde nichts geladen.",
   "error-image-too-long": "Die Datei ist länger als 512 KiB, deshalb wurde sie nicht gelesen. Ist es eine Image-Datei?",
   "stand-in": "Virtueller Sensor",
-  "stand-in-help": "Dieser Sensor ist simuliert: Bewegen und stören Sie ihn, und sehen Sie, was die Seite und eine Steuerung am Bus daraus machen. Ein echter Sensor hat solche Regler nicht.",
+  "stand-in-help": "Dieser Sensor ist simuliert und schwankt, bis Sie ihn bewegen. Bewegen und stören Sie ihn, und sehen Sie, was die Seite und eine Steuerung am Bus daraus machen. Ein echter Sensor hat solche Regler nicht.",
   "stand-in-x": "Winkel X",
   "stand-in-y": "Winkel Y",
   "stand-in-temperature": "Temperatur",

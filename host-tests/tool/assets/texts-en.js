@@ -216,7 +216,7 @@ export const en = {
   "update-same": "The sensor has version {0} already: nothing was loaded.",
   "error-image-too-long": "The file is longer than 512 KiB, so it was not read. Is it an image file?",
   "stand-in": "Virtual sensor",
-  "stand-in-help": "This sensor is simulated: move it and break it, and see what the page and a controller on the bus make of it. A real sensor has no such controls.",
+  "stand-in-help": "This sensor is simulated and sways until you move it. Move it and break it, and see what the page and a controller on the bus make of it. A real sensor has no such controls.",
   "stand-in-x": "Angle X",
   "stand-in-y": "Angle Y",
   "stand-in-temperature": "Temperature",
