@@ -25,7 +25,7 @@ use plumbline::calibration_line;
 use plumbline::measure::{I32x3, ONE_G, Reading, SAMPLE_PERIOD};
 use plumbline::node::driver::{Driver, Line, Output, Platform, TwoPriorities};
 use plumbline::node::{Leds, ProductNode, Protocol, StoreOf};
-use plumbline::store::{Owner, Store, StoreError};
+use plumbline::store::{Owner, Store, StoreError, Usage};
 use plumbline::time::{Instant, after, earlier};
 #[cfg(feature = "behind-bootloader")]
 use plumbline::update::Contact;
@@ -142,6 +142,10 @@ fn start<N: ProductNode, E: Element>(
     let store = create_store::<N>(store, board.flash, N::owner(article, board.serial));
     store.scan();
     watchdog.feed();
+    if N::Application::HAS_DIAGNOSIS {
+        store.make_room();
+        watchdog.feed();
+    }
     store.prepare();
     watchdog.feed();
 
@@ -246,6 +250,10 @@ impl<N: ProductNode, E: Element> Platform for Hardware<N, E> {
             error!("parameters could not be saved");
         }
         result
+    }
+
+    fn keep(&mut self, usage: &Usage, hour: u32) -> bool {
+        self.store.keep(usage, hour)
     }
 
     #[cfg(feature = "behind-bootloader")]

@@ -3,7 +3,9 @@
 use super::{Autobaud, BitTime, BusChange, BusMode, BusState, Patterns, TransmitQueue};
 use crate::application::Outputs;
 use crate::can::{BitRate, CanId, Frame};
-use crate::store::{Boot, Unit};
+use crate::diagnosis::Diagnosis;
+use crate::measure::Calibration;
+use crate::store::{Boot, Unit, Usage};
 use crate::time::{Deadline, Duration, Instant, after, millis, reached};
 use heapless::Deque;
 
@@ -58,6 +60,7 @@ pub struct Shell {
     unit: Unit,
     /// The CRC-32 of the program behind a bootloader.
     program: Option<u32>,
+    pub(super) diagnosis: Diagnosis,
     state: NodeState,
     bus_state: BusState,
     queue: TransmitQueue,
@@ -97,6 +100,7 @@ impl Shell {
         serial: 0,
         unit: Unit::NONE,
         program: None,
+        diagnosis: Diagnosis::NONE,
         state: NodeState::Initial,
         bus_state: BusState::Active,
         queue: TransmitQueue::EMPTY,
@@ -123,6 +127,12 @@ impl Shell {
         self.serial = boot.serial;
         self.unit = boot.unit;
         self.program = boot.program;
+        self.diagnosis.usage = Usage {
+            starts: boot.usage.starts.saturating_add(1),
+            ..boot.usage
+        };
+        self.diagnosis.causes = boot.causes;
+        self.diagnosis.is_calibrated = boot.calibration != Calibration::IDENTITY;
         self.valid_until = after(now, FIRST_READING_LIMIT);
         self.dirty = true;
     }
@@ -153,6 +163,11 @@ impl Shell {
     /// an unknown request, as from the original.
     pub fn program(&self) -> Option<u32> {
         self.program
+    }
+
+    /// What the sensor tells of itself.
+    pub fn diagnosis(&self) -> &Diagnosis {
+        &self.diagnosis
     }
 
     /// Whether the node takes part in the bus.
@@ -359,6 +374,7 @@ impl Shell {
         if was_off && !recovers {
             return None;
         }
+        self.diagnosis.note(self.bus_state, state);
         self.bus_state = state;
         self.dirty = true;
         if self.state == NodeState::Online && state == BusState::BusOff {

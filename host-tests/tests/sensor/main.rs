@@ -20,6 +20,7 @@ mod store;
 mod store_faults;
 mod store_records;
 mod store_units;
+mod store_usage;
 mod trace;
 mod two_nodes;
 mod vibration;
