@@ -63,6 +63,9 @@ pub unsafe fn run<N: ProductNode, E: Element>(
     if !boot.fit(E::PART) {
         warn!("the calibration is not used: it is that of another measuring element");
     }
+    if N::Application::HAS_DIAGNOSIS {
+        boot.causes = board::reset_causes();
+    }
     if N::Application::HEATER.is_some() {
         boot.kept = kept::take();
     }
