@@ -23,5 +23,6 @@ mod store_units;
 mod store_usage;
 mod trace;
 mod two_nodes;
+mod usage;
 mod vibration;
 mod warm_up;
