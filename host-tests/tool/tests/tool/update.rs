@@ -26,7 +26,7 @@ pub const SERIAL: u32 = 7;
 const SIGNED: &str = "bootloader with signatures";
 
 /// The ELF file of the bootloader, or of a program behind it.
-fn elf(name: &str) -> &'static [u8] {
+pub fn elf(name: &str) -> &'static [u8] {
     static FILES: OnceLock<BTreeMap<String, Vec<u8>>> = OnceLock::new();
     let files = FILES.get_or_init(|| {
         let mut built = firmware::build(Board::BluePill, &["bootloader"]).expect("it builds");

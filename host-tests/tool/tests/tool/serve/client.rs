@@ -14,8 +14,8 @@ use std::sync::{Arc, Mutex};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
-/// The longest wait for an event, on a busy machine.
-pub const PATIENCE: Duration = Duration::from_secs(60);
+/// The longest wait for an event or an answer, on a busy machine: an update of a simulated microcontroller takes 6 s on an idle one.
+pub const PATIENCE: Duration = Duration::from_secs(300);
 
 /// Waits until `is` returns true.
 #[track_caller]

@@ -2,7 +2,7 @@
 
 use crate::bus::rig::Rig;
 use crate::serve::client::Running;
-use crate::update::{Files, SERIAL, rig};
+use crate::update::{Files, SERIAL, elf, rig};
 use adapter::bench::BenchAdapter;
 use adapter::{Adapter, AdapterError, Capabilities, Mode};
 use host_tests::effort;
@@ -38,12 +38,15 @@ impl Adapter for Plugged {
     }
 
     fn send(&mut self, frame: &Frame) -> Result<(), AdapterError> {
-        match self.left.load(Ordering::Relaxed) {
-            0 => Ok(()),
-            left => {
-                self.left.store((left - 1).max(-1), Ordering::Relaxed);
-                self.adapter.send(frame)
-            }
+        // One step: the test sets the number meanwhile.
+        let left = self
+            .left
+            .fetch_update(Ordering::Relaxed, Ordering::Relaxed, |left| {
+                (left > 0).then(|| left - 1)
+            });
+        match left {
+            Err(0) => Ok(()),
+            _ => self.adapter.send(frame),
         }
     }
 
@@ -64,6 +67,8 @@ impl Adapter for Plugged {
 
 /// A server with a JN2101 behind a bootloader, and the number of frames until its wire is broken.
 fn server() -> (Running, Arc<AtomicI64>) {
+    // Here, because the build of the images can last longer than a request.
+    elf("bootloader");
     let left = Arc::new(AtomicI64::new(-1));
     let own = left.clone();
     let server = Running::with(Box::new(move |_| {
