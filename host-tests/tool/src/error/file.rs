@@ -121,6 +121,8 @@ texts! {
             "{product} hat keinen Fastscan durch LSS: Lassen Sie find weg, und schalten Sie die Sensoren nacheinander ein";
         FastscanAddress(name: String) = "{name}, which is found by fastscan, keeps the node-ID as delivered: give it another node-id",
             "{name} wird durch Fastscan gefunden und behält die Node-ID der Lieferung: Geben Sie ihm eine andere node-id";
+        FastscanJ1939(name: String) = "{name}, which is found by fastscan, needs a node-ID, and has none in J1939: leave out find, or can-protocol",
+            "{name} wird durch Fastscan gefunden und braucht eine Node-ID, die es in J1939 nicht gibt: Lassen Sie find oder can-protocol weg";
         NoZero(product: &'static str) = "{product} cannot make its position zero", "{product} kann seine Lage nicht zu Null machen";
         ChangedPlan(name: String) = "the plan of {name}, which is done, was changed: give it its old plan or another name",
             "der Plan von {name}, der fertig ist, wurde geändert: Geben Sie ihm den alten Plan oder einen anderen Namen";

@@ -245,13 +245,17 @@ impl Item {
             text: format!("{}{zeroed} {}", product.name, values.join(" ")),
             settings,
         };
-        let has_no_node_id = match (item.target(), factory_target(product)) {
-            (Some(own), Some(delivered)) => own.is_at(delivered) || own.node_id().is_none(),
-            _ => false,
-        };
-        match find == Find::Fastscan && has_no_node_id {
-            true => Err((name_at, Fault::FastscanAddress(item.name))),
-            false => Ok(item),
+        if find != Find::Fastscan {
+            return Ok(item);
+        }
+        match (item.target(), factory_target(product)) {
+            (Some(own), _) if own.node_id().is_none() => {
+                Err((name_at, Fault::FastscanJ1939(item.name)))
+            }
+            (Some(own), Some(delivered)) if own.is_at(delivered) => {
+                Err((name_at, Fault::FastscanAddress(item.name)))
+            }
+            _ => Ok(item),
         }
     }
 

@@ -87,6 +87,12 @@ fn fault_of_a_plan_has_line_and_reason() {
             "node-id",
         ),
         (
+            format!("{ONE}find = \"fastscan\"\nparameters.can-protocol = \"j1939\"\nparameters.node-id = 60\n")
+                .replace("jn2101", "ims360"),
+            2,
+            "none in J1939",
+        ),
+        (
             format!("{ONE}parameters.baud-rate = \"500 kbit/s\"\n"),
             1,
             "alone",
