@@ -129,7 +129,7 @@ texts! {
             "{count} Messwerte sind verloren, weil der Broker zu lange fort war: Geben Sie mit --buffer-size mehr Platz";
         DiskFull(count: u64, path: String) = "{count} samples are lost, because the disk of {path} is full: the next ones are kept as soon as it has space",
             "{count} Messwerte sind verloren, weil die Platte von {path} voll ist: Die nächsten werden behalten, sobald sie Platz hat";
-        BufferDamaged(path: String) = "a file in {path} is damaged: the samples behind the damage are lost", "eine Datei in {path} ist beschädigt: Die Messwerte hinter der Beschädigung sind verloren";
+        BufferDamaged(path: String) = "a file in {path} is damaged or deleted: the samples behind the damage are lost", "eine Datei in {path} ist beschädigt oder gelöscht: Die Messwerte hinter der Beschädigung sind verloren";
         RecordsLeft(count: u64, path: String) = "{count} samples are in {path}: the next start delivers them",
             "{count} Messwerte sind in {path}: Der nächste Start liefert sie";
         NotSynchronised(path: String, reason: String) = "{path} cannot be written to the disk ({reason}): samples can be lost at a power cut",

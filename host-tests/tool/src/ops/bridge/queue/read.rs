@@ -39,11 +39,17 @@ impl Queue {
                 continue;
             };
             if cursor.file.as_ref().is_none_or(|(own, _)| *own != first) {
-                let mut file = BufReader::new(File::open(self.path(first))?);
-                for _ in first..cursor.next {
-                    record(&mut file)?;
-                }
-                cursor.file = Some((first, file));
+                cursor.file = match File::open(self.path(first)) {
+                    // Somebody has deleted it.
+                    Err(error) if error.kind() == io::ErrorKind::NotFound => None,
+                    file => {
+                        let mut file = BufReader::new(file?);
+                        for _ in first..cursor.next {
+                            record(&mut file)?;
+                        }
+                        Some((first, file))
+                    }
+                };
             }
             let read = cursor.file.as_mut().map(|(_, file)| record(file));
             match read.transpose()?.flatten() {
@@ -51,7 +57,7 @@ impl Queue {
                     records.push((cursor.next, bytes));
                     cursor.next += 1;
                 }
-                // The rest of the file is damaged.
+                // The rest of the file is damaged, or the file is missing.
                 None => {
                     self.lost.is_damaged = true;
                     if place == self.segments.len() {

@@ -126,6 +126,21 @@ fn damaged_record_in_the_file_that_is_written_loses_only_the_rest_of_it() {
     assert_eq!((queue.waiting(), queue.take_lost()), (2, Lost::default()));
 }
 
+#[cfg(unix)]
+#[test]
+fn deleted_file_that_is_written_loses_only_its_records() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut queue = Queue::open(folder.path(), LIMIT).unwrap();
+    push(&mut queue, 3);
+    fs::remove_file(queue.path(1)).unwrap();
+    let mut cursor = Cursor::default();
+    assert!(numbers(&mut queue, &mut cursor).is_empty());
+    assert!(queue.take_lost().is_damaged);
+    push(&mut queue, 2);
+    assert_eq!(numbers(&mut queue, &mut cursor), [4, 5]);
+    assert_eq!(queue.waiting(), 2);
+}
+
 #[cfg(target_os = "linux")]
 #[test]
 fn records_on_a_full_disk_are_lost_and_counted_until_there_is_space() {
