@@ -25,7 +25,7 @@ use plumbline::calibration_line;
 use plumbline::measure::{I32x3, ONE_G, Reading, SAMPLE_PERIOD};
 use plumbline::node::driver::{Driver, Line, Output, Platform, TwoPriorities};
 use plumbline::node::{Leds, ProductNode, Protocol, StoreOf};
-use plumbline::store::{Owner, Store, StoreError, Usage};
+use plumbline::store::{Owner, Store, StoreError};
 use plumbline::time::{Instant, after, earlier};
 #[cfg(feature = "behind-bootloader")]
 use plumbline::update::Contact;
@@ -62,9 +62,6 @@ pub unsafe fn run<N: ProductNode, E: Element>(
     let mut boot = store.boot();
     if !boot.fit(E::PART) {
         warn!("the calibration is not used: it is that of another measuring element");
-    }
-    if N::Application::HAS_DIAGNOSIS {
-        boot.causes = board::reset_causes();
     }
     if N::Application::HEATER.is_some() {
         boot.kept = kept::take();
@@ -145,10 +142,6 @@ fn start<N: ProductNode, E: Element>(
     let store = create_store::<N>(store, board.flash, N::owner(article, board.serial));
     store.scan();
     watchdog.feed();
-    if N::Application::HAS_DIAGNOSIS {
-        store.make_room();
-        watchdog.feed();
-    }
     store.prepare();
     watchdog.feed();
 
@@ -253,10 +246,6 @@ impl<N: ProductNode, E: Element> Platform for Hardware<N, E> {
             error!("parameters could not be saved");
         }
         result
-    }
-
-    fn keep(&mut self, usage: &Usage, hour: u32) -> bool {
-        self.store.keep(usage, hour)
     }
 
     #[cfg(feature = "behind-bootloader")]

@@ -16,9 +16,6 @@ pub const UPDATE: u8 = 0x60;
 /// Its signature.
 pub const FLASH: &[u8] = b"FLASH";
 
-/// The code of a value that the sensor tells of itself ([`diagnosis`](crate::diagnosis)).
-pub const DIAGNOSIS: u8 = 0x61;
-
 impl<P: Product> Fsc<P> {
     const LOAD_SIGNATURE: &'static [u8] = signature_of(P::FUNCTIONS, Operation::Load);
     const SAVE_SIGNATURE: &'static [u8] = signature_of(P::FUNCTIONS, Operation::Save);
@@ -86,22 +83,12 @@ impl<P: Product> Fsc<P> {
         (own.serve)(cx, data)
     }
 
-    /// Answers a code that the product does not have. Code 61h with a number reads a value of the [`diagnosis`](crate::diagnosis). A sensor behind a bootloader has that of an update: with the signature it restarts into
+    /// Answers a code that the product does not have. A sensor behind a bootloader has that of an update: with the signature it restarts into
     /// the bootloader, without data it replies with the CRC-32 of the program. All others are refused.
     #[cold]
     #[inline(never)]
     fn unknown(&mut self, cx: &mut ContextOf<P>, now: Instant, frame: &Frame) {
         match (frame.bytes(), cx.shell.program()) {
-            (&[DIAGNOSIS, number], _) if P::Application::HAS_DIAGNOSIS => {
-                match cx.shell.diagnosis().value(number) {
-                    Some(value) => {
-                        let head = u32::from_le_bytes([DIAGNOSIS, self.sticky, number, 0]);
-                        let word = u64::from(value) << 24 | u64::from(head);
-                        cx.shell.send(Frame::word(self.in_force.reply, word, 7));
-                    }
-                    None => self.refuse(cx, DIAGNOSIS),
-                }
-            }
             ([UPDATE], Some(program)) => {
                 // The sticky bits of the status: its other bits would make the replies to reads slower.
                 let head = u16::from_le_bytes([UPDATE, self.sticky]);

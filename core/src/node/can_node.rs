@@ -8,7 +8,7 @@ use crate::can::{Filter, Frame};
 use crate::measure::Reading;
 use crate::measure::self_test::Working;
 use crate::param::Parameters;
-use crate::store::{ImageId, StoreError, Usage};
+use crate::store::{ImageId, StoreError};
 use crate::time::Instant;
 use crate::update::Contact;
 
@@ -208,14 +208,6 @@ impl<A: Application, P: Protocol<A>> Node for CanNode<A, P> {
 
     fn contact(&self) -> Option<Contact> {
         self.communication.contact()
-    }
-
-    fn usage(&self) -> Option<Usage> {
-        self.communication.usage()
-    }
-
-    fn set_usage(&mut self, usage: &Usage) {
-        self.communication.set_usage(usage);
     }
 
     fn readout(&self) -> Readout {

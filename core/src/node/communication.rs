@@ -5,7 +5,7 @@ use super::{Action, BusChange, BusEvent, BusMode, Context, NodeState, Patterns, 
 use crate::application::{Application, Values};
 use crate::can::{Filter, Frame};
 use crate::param::Parameters;
-use crate::store::{StoreError, Usage};
+use crate::store::StoreError;
 use crate::time::{Deadline, Instant};
 use crate::update::Contact;
 
@@ -111,11 +111,7 @@ impl<A: Application, P: Protocol<A>> Communication<A, P> {
                 }
                 None
             }
-            BusEvent::Overrun => {
-                let overruns = &mut shell.diagnosis.overruns;
-                *overruns = overruns.saturating_add(1);
-                Some(BusChange::Overrun)
-            }
+            BusEvent::Overrun => Some(BusChange::Overrun),
             BusEvent::Unsent => Some(BusChange::Unsent),
             BusEvent::State(state) => {
                 let recovers = self.protocol.recovers(&self.context.parameters);
@@ -216,16 +212,6 @@ impl<A: Application, P: Protocol<A>> Communication<A, P> {
     pub fn image(&self) -> &Parameters<A::Table> {
         let saving = self.context.saving.as_ref();
         saving.unwrap_or(&self.context.parameters)
-    }
-
-    /// What the device has been through, this start included; None: the product does not keep it.
-    pub fn usage(&self) -> Option<Usage> {
-        A::HAS_DIAGNOSIS.then_some(self.context.shell.diagnosis.usage)
-    }
-
-    /// Takes over what the device has been through.
-    pub fn set_usage(&mut self, usage: &Usage) {
-        self.context.shell.diagnosis.usage = *usage;
     }
 
     /// Handles the result of the save that [`Action::Save`] requested.

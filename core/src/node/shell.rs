@@ -3,9 +3,7 @@
 use super::{Autobaud, BitTime, BusChange, BusMode, BusState, Patterns, TransmitQueue};
 use crate::application::Outputs;
 use crate::can::{BitRate, CanId, Frame};
-use crate::diagnosis::Diagnosis;
-use crate::measure::Calibration;
-use crate::store::{Boot, Unit, Usage};
+use crate::store::{Boot, Unit};
 use crate::time::{Deadline, Duration, Instant, after, millis, reached};
 use heapless::Deque;
 
@@ -60,7 +58,6 @@ pub struct Shell {
     unit: Unit,
     /// The CRC-32 of the program behind a bootloader.
     program: Option<u32>,
-    pub(super) diagnosis: Diagnosis,
     state: NodeState,
     bus_state: BusState,
     queue: TransmitQueue,
@@ -100,7 +97,6 @@ impl Shell {
         serial: 0,
         unit: Unit::NONE,
         program: None,
-        diagnosis: Diagnosis::NONE,
         state: NodeState::Initial,
         bus_state: BusState::Active,
         queue: TransmitQueue::EMPTY,
@@ -127,12 +123,6 @@ impl Shell {
         self.serial = boot.serial;
         self.unit = boot.unit;
         self.program = boot.program;
-        self.diagnosis.usage = Usage {
-            starts: boot.usage.starts.saturating_add(1),
-            ..boot.usage
-        };
-        self.diagnosis.causes = boot.causes;
-        self.diagnosis.is_calibrated = boot.calibration != Calibration::IDENTITY;
         self.valid_until = after(now, FIRST_READING_LIMIT);
         self.dirty = true;
     }
@@ -163,11 +153,6 @@ impl Shell {
     /// an unknown request, as from the original.
     pub fn program(&self) -> Option<u32> {
         self.program
-    }
-
-    /// What the sensor tells of itself.
-    pub fn diagnosis(&self) -> &Diagnosis {
-        &self.diagnosis
     }
 
     /// Whether the node takes part in the bus.
@@ -374,7 +359,6 @@ impl Shell {
         if was_off && !recovers {
             return None;
         }
-        self.diagnosis.note(self.bus_state, state);
         self.bus_state = state;
         self.dirty = true;
         if self.state == NodeState::Online && state == BusState::BusOff {

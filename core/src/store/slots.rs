@@ -1,19 +1,13 @@
 //! The two slots: finding records and saving new ones.
 
 mod device;
-mod keeping;
 
 use super::record;
 use super::survey::{Found, Survey, WORD, is_blank, read_word, survey};
 use super::unit::Unit;
-use super::usage;
 use super::{Boot, Owner, StoreError};
-use crate::diagnosis::ResetCauses;
 use crate::measure::Calibration;
 use embedded_storage::nor_flash::NorFlash;
-
-/// The room for records of the usage that a start leaves in the half of a slot, in bytes.
-const RESERVE: usize = 4 * record::USAGE_SIZE;
 
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 enum Stage {
@@ -29,8 +23,6 @@ struct Save {
     stage: Stage,
     from: usize,
     end: usize,
-    /// The first word is programmed last. So a usage that was not completed is no damage.
-    first_last: bool,
 }
 
 /// The state of a slot.
@@ -84,17 +76,12 @@ pub struct Store<M, B> {
     is_calibrated: bool,
     /// The length of the encoded identity of the device; 0: it has none.
     unit: usize,
-    /// The payload of the record of the usage; its mark is 0 if there is none.
-    usage: [u8; usage::SIZE],
-    /// The saves and the erases since the usage was read or kept.
-    saves: u16,
-    erases: u16,
     /// The size of the records of the device. They are always in the buffer; 0: there are none.
     device: usize,
     damaged: bool,
     sequence: u32,
     save: Option<Save>,
-    /// The records of the calibration, the identity and the usage, then the record of the parameters.
+    /// The record of the calibration, the record of the identity, then the record of the parameters.
     buffer: B,
 }
 
@@ -131,9 +118,6 @@ impl<M: NorFlash, B: Buffer> Store<M, B> {
             newest: const { Found::NONE },
             is_calibrated: false,
             unit: 0,
-            usage: [0; usage::SIZE],
-            saves: 0,
-            erases: 0,
             device: 0,
             damaged: false,
             sequence: 0,
@@ -147,7 +131,6 @@ impl<M: NorFlash, B: Buffer> Store<M, B> {
         let calibration = self.calibration().first_chunk();
         let calibration = calibration.and_then(Calibration::decode);
         let unit = Unit::decode(self.owner.image, self.identity());
-        let usage = self.usage();
         // Parameters of a newer firmware beyond the buffer are unknown.
         let place = self
             .buffer
@@ -167,8 +150,6 @@ impl<M: NorFlash, B: Buffer> Store<M, B> {
             kept: 0,
             serial: self.owner.serial,
             unit,
-            usage,
-            causes: ResetCauses::NONE,
             program: None,
         }
     }
@@ -188,14 +169,12 @@ impl<M: NorFlash, B: Buffer> Store<M, B> {
         &mut self.memory
     }
 
-    /// Erases the spare slot in advance, after [`make_room`](Self::make_room), if the other slot is more than half full. Call it at boot, before the node takes part in
+    /// Erases the spare slot in advance, if the other slot is more than half full. Call it at boot, before the node takes part in
     /// the bus. Then saves of at least half a slot need no erase. While the other slot is at most half full, the older records
     /// stay. A spare slot with nothing but an incomplete save is not erased.
     pub fn prepare(&mut self) {
         let (home, spare) = (self.slot(self.home), self.slot(self.spare()));
-        // A start is followed by records of the usage.
-        let reserve = if self.has_usage() { RESERVE } else { 0 };
-        let roomy = home.used + reserve <= self.size / 2;
+        let roomy = home.used <= self.size / 2;
         // The next save copies the records of the device into its slot.
         let only_copy = spare.has_device && !home.has_device;
         // The damage is reported until the next save succeeds, which is written after it.
@@ -224,9 +203,6 @@ impl<M: NorFlash, B: Buffer> Store<M, B> {
         let result = match save.stage {
             Stage::Erase => self.erase(save.slot).map(|()| save.from),
             Stage::Program(at) if at < save.end => self.program(&save, at).map(|()| at + WORD),
-            Stage::Program(at) if save.first_last && at == save.end => {
-                self.program(&save, save.from).map(|()| at + WORD)
-            }
             Stage::Program(_) => {
                 let result = self.verify(&save);
                 if result.is_err() {
@@ -285,7 +261,6 @@ impl<M: NorFlash, B: Buffer> Store<M, B> {
             stage: stage.unwrap_or(Stage::Program(from)),
             from,
             end,
-            first_last: false,
         });
     }
 
@@ -323,11 +298,10 @@ impl<M: NorFlash, B: Buffer> Store<M, B> {
     }
 
     fn succeed(&mut self, save: &Save) {
-        let has_parameters = save.end > self.device;
-        self.saves = self.saves.wrapping_add(has_parameters.into());
+        let device = self.device;
         let slot = self.slot_mut(save.slot);
         slot.used += save.end - save.from;
-        slot.has_parameters |= has_parameters;
+        slot.has_parameters |= save.end > device;
         slot.has_device |= save.from == 0;
         self.home = save.slot;
         self.sequence = self.sequence.wrapping_add(1);
@@ -372,18 +346,12 @@ impl<M: NorFlash, B: Buffer> Store<M, B> {
         } else {
             home.device_sequence
         };
-        self.damaged = if newest.is_there() || home.usage > 0 {
+        self.damaged = if newest.is_there() {
             // In the slot of the newest parameters, all data after them is newer. Data in the other slot is newer only if this
             // slot is full and the other one has only begun. A slot full of invalid data is an incomplete erase.
-            let size = if newest.is_there() {
-                record::parameters_size(newest.length)
-            } else {
-                B::SIZE - record::DEVICE_SIZE
-            };
-            let full = home.used + size > self.size;
+            let full = home.used + record::parameters_size(newest.length) > self.size;
             let begun = !other.parameters.is_there() && other.used < self.size;
-            let is_copy = home.is_copy && !newest.is_there();
-            (home.unusable > newest.address && !is_copy) || (full && begun && other.is_damaged())
+            home.unusable > newest.address || (full && begun && other.unusable > 0)
         } else {
             home.unusable > 0 || other.unusable > 0
         };
@@ -398,12 +366,7 @@ impl<M: NorFlash, B: Buffer> Store<M, B> {
         } else {
             other.unit
         };
-        let usage = if home.usage > 0 {
-            home.usage
-        } else {
-            other.usage
-        };
-        self.read_device(place, identity, usage);
+        self.read_device(place, identity);
         // A slot can contain older ones.
         self.slots[0].has_device = self.is_device(&first);
         self.slots[1].has_device = self.is_device(&second);
@@ -448,7 +411,6 @@ impl<M: NorFlash, B: Buffer> Store<M, B> {
         let end = start + self.size;
         let erased = self.memory.erase(start as u32, end as u32);
         erased.map_err(|_| StoreError)?;
-        self.erases = self.erases.wrapping_add(1);
         *self.slot_mut(number) = Slot::BLANK;
         Ok(())
     }

@@ -1,10 +1,10 @@
 //! The contents of one slot: reads record after record, and word after word where there is no valid record.
 
 use super::record::{
-    CALIBRATION_AT, CALIBRATION_OWNER, DEVICE_BEGIN, HEADER, Header, Kind, PARAMETERS_OWNER,
-    USAGE_SIZE, calibration_owner, crc32,
+    CALIBRATION_AT, CALIBRATION_OWNER, HEADER, Header, Kind, PARAMETERS_OWNER, calibration_owner,
+    crc32,
 };
-use super::{Owner, unit, usage};
+use super::{Owner, unit};
 use crate::measure::calibration;
 use embedded_storage::nor_flash::ReadNorFlash;
 
@@ -86,12 +86,8 @@ pub(super) struct Survey {
     pub calibration: Place,
     /// The newest identity of this device.
     pub unit: Place,
-    /// The address of the newest usage of this device; 0: there is none.
-    pub usage: usize,
-    /// The sequence number of the newest one of these three.
+    /// The sequence number of the newer one of both.
     pub device_sequence: u32,
-    /// It begins with a usage before a copy of all records.
-    pub is_copy: bool,
 }
 
 /// The payload of a record; address 0: there is none.
@@ -117,58 +113,28 @@ pub(super) fn survey(
 ) -> Survey {
     let mut survey = Survey::default();
     let mut at = 0;
-    let mut follows_blank = false;
-    // The end of a record of the usage that was not completed because of a power cut. Its first word is programmed last; the first word of
-    // an incomplete save is never blank.
-    let mut cut_until = 0;
     while at < size {
         let address = start + at;
-        let first = read_word(memory, address);
-        if first == Some(u32::MAX) {
-            follows_blank = true;
-            at += WORD;
-            continue;
-        }
-        if let Some(header) = valid_record(memory, address, first, size - at)
+        if let Some(header) = valid_record(memory, address, size - at)
             && survey.takes(memory, owner, address, header)
         {
             at += header.size();
             survey.used = at;
-            follows_blank = false;
             continue;
         }
-        if at >= cut_until {
-            if follows_blank {
-                cut_until = at - WORD + USAGE_SIZE;
-            } else if is_cut_usage(memory, address, size - at) {
-                cut_until = at + USAGE_SIZE;
-            }
-        }
-        follows_blank = false;
         at += WORD;
-        survey.used = at;
-        if at > cut_until {
-            survey.unusable = start + at;
+        if !is_blank(memory, address, WORD) {
+            survey.unusable = address + WORD;
+            survey.used = at;
         }
     }
     survey
 }
 
-/// Whether there is a record of the usage without a valid first word.
-fn is_cut_usage(memory: &mut impl ReadNorFlash, address: usize, limit: usize) -> bool {
-    let header = valid_record(memory, address, Some(DEVICE_BEGIN), limit);
-    header.is_some_and(|header| header.length == usage::SIZE)
-}
-
 impl Survey {
     /// Whether it contains a record of the device.
     fn has_device(&self) -> bool {
-        self.calibration.address > 0 || self.unit.address > 0 || self.usage > 0
-    }
-
-    /// Whether it has data of a save that was not completed. A copy that was not completed is no damage: all records are in the other slot.
-    pub fn is_damaged(&self) -> bool {
-        self.unusable > 0 && !self.is_copy
+        self.calibration.address > 0 || self.unit.address > 0
     }
 
     /// Whether its records of the device are newer than those of another slot.
@@ -205,11 +171,6 @@ impl Survey {
                         length: header.length,
                     };
                     self.device_sequence = header.sequence;
-                } else if read && is_usage(begin, owner.serial) && header.length == usage::SIZE {
-                    let [mark, ..] = begin;
-                    self.usage = address + HEADER;
-                    self.is_copy |= mark == usage::MOVING;
-                    self.device_sequence = header.sequence;
                 }
                 return true;
             }
@@ -227,27 +188,13 @@ impl Survey {
     }
 }
 
-/// Whether a payload begins with this owner of a usage.
-fn is_usage(begin: [u8; usage::OWNER], serial: u32) -> bool {
-    let [mark, rest @ ..] = begin;
-    matches!(mark, usage::MARK | usage::MOVING) && rest == serial.to_le_bytes()
-}
-
-/// The header of the valid record at an address, with at most `limit` bytes and this first word; None if there is none.
-#[inline(never)] // smaller
-fn valid_record(
-    memory: &mut impl ReadNorFlash,
-    address: usize,
-    first: Option<u32>,
-    limit: usize,
-) -> Option<Header> {
-    let first = first?.to_le_bytes();
+/// The header of the valid record at an address, with at most `limit` bytes; None if there is none.
+fn valid_record(memory: &mut impl ReadNorFlash, address: usize, limit: usize) -> Option<Header> {
     let mut bytes = [0; HEADER];
     memory.read(address as u32, &mut bytes).ok()?;
-    *bytes.first_chunk_mut()? = first;
     let header = Header::parse(&bytes).filter(|header| header.size() <= limit)?;
-    let mut crc = crc32(0, &first);
-    let mut at = address + WORD;
+    let mut crc = 0;
+    let mut at = address;
     let end = address + header.checked_size();
     while at < end {
         crc = crc32(crc, &read_word(memory, at)?.to_le_bytes());

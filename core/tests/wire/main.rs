@@ -3,7 +3,6 @@
 mod canopen;
 mod composed;
 mod devicenet;
-mod diagnosis;
 mod driver;
 mod fsc;
 mod j1939;

@@ -317,7 +317,6 @@ impl Sensor for Device {
         flash.power_on();
         self.store = Store::open(flash, self.node_type.owner(self.serial));
         let before = self.flash_work();
-        self.store.make_room();
         self.store.prepare();
         let start = after(now, self.flash_time(before));
         self.boots += 1;

@@ -15,9 +15,6 @@ pub const CALIBRATION_RECORD: usize = 56;
 /// The size of the longest record of an identity in these tests.
 pub const UNIT_RECORD: usize = 72;
 
-/// The size of a record of the usage.
-pub const USAGE_RECORD: usize = 44;
-
 /// Number of parameters records that fit into a page without a calibration record.
 pub const PLACES: usize = PAGE_SIZE / RECORD;
 
@@ -66,7 +63,6 @@ pub fn stride() -> usize {
 /// Power-up: looks for records and erases ahead.
 pub fn boot(flash: Flash) -> Store {
     let mut store = Store::open(flash, OWNER);
-    store.make_room();
     store.prepare();
     store
 }
@@ -105,7 +101,7 @@ pub fn loaded(number: Option<usize>, damaged: bool) -> Found {
 
 pub fn finish(store: &mut Store) -> Result<(), StoreError> {
     // An erase, all records in steps of four bytes, the verification, and a margin.
-    for _ in 0..(CALIBRATION_RECORD + UNIT_RECORD + USAGE_RECORD + RECORD) / 4 + 5 {
+    for _ in 0..(CALIBRATION_RECORD + UNIT_RECORD + RECORD) / 4 + 5 {
         if let Some(result) = store.step() {
             assert!(!store.busy());
             return result;

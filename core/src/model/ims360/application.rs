@@ -218,8 +218,6 @@ impl Application for Ims360Application {
     ];
     const HAS_GYROSCOPE: bool = true;
     const MEASURES_SUPPLY: bool = true;
-    /// It needs 3.3 KiB of flash. The Blue Pill has 1.4 KiB left.
-    const HAS_DIAGNOSIS: bool = false;
 
     const INITIAL: Self = Self {
         measuring: Measuring::INITIAL,

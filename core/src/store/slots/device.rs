@@ -1,12 +1,11 @@
-//! The records of the device: its calibration, the identity of the unit, and its usage. They are at the beginning of the buffer of the
-//! store, and are written before the first parameters of a slot.
+//! The records of the device: its calibration, and the identity of the unit. They are at the beginning of the buffer of the store,
+//! and are written before the first parameters of a slot.
 
 use super::{Buffer, Store};
 use crate::measure::calibration::{self, Calibration};
 use crate::store::record::{self, CALIBRATION_AT, CALIBRATION_SIZE, HEADER};
 use crate::store::survey::{Place, Survey};
 use crate::store::unit::{self, Unit};
-use crate::store::usage;
 use core::ops::Range;
 use embedded_storage::nor_flash::NorFlash;
 
@@ -51,7 +50,7 @@ impl<M: NorFlash, B: Buffer> Store<M, B> {
     }
 
     /// Reads the records of the device from the memory into the buffer.
-    pub(super) fn read_device(&mut self, calibration: Place, identity: Place, usage: usize) {
+    pub(super) fn read_device(&mut self, calibration: Place, identity: Place) {
         let mut bytes = [0; calibration::SIZE];
         let mut unit = [0; unit::SIZE];
         // A read that fails gives zeros: the calibration that changes nothing, and an identity that gives nothing.
@@ -60,10 +59,6 @@ impl<M: NorFlash, B: Buffer> Store<M, B> {
         let _ = self.memory.read(calibration.address as u32, place);
         let unit = unit.get_mut(..identity.length).unwrap_or_default();
         let _ = self.memory.read(identity.address as u32, unit);
-        if usage > 0 {
-            let _ = self.memory.read(usage as u32, &mut self.usage);
-            self.mark_usage(usage::MARK);
-        }
         self.seal_device((calibration.address > 0).then_some(&bytes), unit);
     }
 
@@ -83,29 +78,6 @@ impl<M: NorFlash, B: Buffer> Store<M, B> {
             .then(|| record::encode_unit(rest, sequence, unit))
             .flatten();
         self.device = start + size.unwrap_or(0);
-        if self.has_usage() {
-            self.seal_usage();
-        }
-    }
-
-    /// Writes the record of the usage into the buffer, behind the other records of the device.
-    pub(super) fn seal_usage(&mut self) {
-        let sequence = self.sequence.wrapping_add(1);
-        let place = self.buffer.as_mut().get_mut(self.device..);
-        let size = record::encode_usage(place.unwrap_or_default(), sequence, &self.usage);
-        self.device += size.unwrap_or(0);
-    }
-
-    /// Whether there is a record of the usage.
-    pub(super) fn has_usage(&self) -> bool {
-        let [mark, ..] = self.usage;
-        mark != 0
-    }
-
-    /// Sets the first byte of the payload of the usage.
-    pub(super) fn mark_usage(&mut self, with: u8) {
-        let [mark, ..] = &mut self.usage;
-        *mark = with;
     }
 
     /// Whether a slot contains the records of the device that are in the buffer.
@@ -116,7 +88,6 @@ impl<M: NorFlash, B: Buffer> Store<M, B> {
             && self.is_at(survey.calibration.address, calibration)
             && survey.unit.length == self.unit
             && self.is_at(survey.unit.address, identity)
-            && (survey.usage > 0 || !self.has_usage())
     }
 
     /// Whether this part of the buffer is at an address.

@@ -13,11 +13,10 @@ pub mod sweep;
 pub mod tiltix;
 
 use plumbline::can::Frame;
-use plumbline::diagnosis::ResetCauses;
 use plumbline::measure::self_test::Working;
 use plumbline::measure::{Calibration, I32x3, ONE_G, Reading};
 use plumbline::node::{Action, Boot, BusEvent, Leds, Node};
-use plumbline::store::{StoreError, Unit, Usage};
+use plumbline::store::{StoreError, Unit};
 use plumbline::time::{Duration, Instant, millis};
 
 /// The serial number of the node under test.
@@ -48,9 +47,6 @@ pub struct Tester<N> {
     pub calibration: Calibration,
     /// The identity of the unit.
     pub unit: Unit,
-    /// What the device has been through, and the causes of the next start.
-    pub usage: Usage,
-    pub causes: ResetCauses,
     /// The CRC-32 of the program behind a bootloader, from the next power-up on.
     pub program: Option<u32>,
     /// The result of the next saves; None: a save runs until `finish_save`.
@@ -104,8 +100,6 @@ impl<N: Node> Tester<N> {
             memory,
             calibration: Calibration::IDENTITY,
             unit,
-            usage: Usage::NONE,
-            causes: ResetCauses::NONE,
             program: None,
             memory_works: Some(true),
             force: [0, 0, ONE_G],
@@ -155,8 +149,6 @@ impl<N: Node> Tester<N> {
             serial: SERIAL,
             kept,
             unit: self.unit,
-            usage: self.usage,
-            causes: self.causes,
             program: self.program,
         };
         self.actions.clear();
