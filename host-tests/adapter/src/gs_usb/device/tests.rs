@@ -91,7 +91,7 @@ fn adapter_of_the_kernel_is_refused_with_its_interface() {
         interface: Some("can0".to_owned()),
         ..candidate("1")
     };
-    assert!(refusal(&[kernel], None).contains("--port can0"));
+    assert!(refusal(&[kernel], None).contains("port can0"));
 }
 
 #[test]

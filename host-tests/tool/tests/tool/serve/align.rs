@@ -20,6 +20,7 @@ struct Mounted {
     adapter: BenchAdapter,
     rig: Rig,
     is_turned: Arc<AtomicBool>,
+    was_turned: bool,
 }
 
 impl Adapter for Mounted {
@@ -40,13 +41,15 @@ impl Adapter for Mounted {
     }
 
     fn receive(&mut self, until: Instant) -> Result<Option<(Instant, Frame)>, AdapterError> {
-        let sign = match self.is_turned.load(Ordering::Relaxed) {
-            true => -1.0,
-            false => 1.0,
-        };
-        let id = self.rig.first();
-        let motion = tilt(1.0 + sign * 2.0, -0.5);
-        self.rig.bus.borrow_mut().device_mut(id).set_motion(motion);
+        let is_turned = self.is_turned.load(Ordering::Relaxed);
+        if is_turned && !self.was_turned {
+            self.was_turned = true;
+            let id = self.rig.first();
+            let motion = tilt(-1.0, -0.5);
+            self.rig.bus.borrow_mut().device_mut(id).set_motion(motion);
+            // Until the filters of the sensor have settled.
+            self.rig.run(3000);
+        }
         let start = self.now();
         let received = self.adapter.receive(until)?;
         // Leaves the processor to others. No assertion depends on this pause.
@@ -80,6 +83,7 @@ fn mounted() -> (Running, Arc<AtomicBool>) {
             adapter: BenchAdapter::new(&rig.bus),
             rig,
             is_turned: own.clone(),
+            was_turned: false,
         }))
     }));
     let wanted = json!({"port": "bench", "mode": "active", "rate": 125, "protocol": "fsc", "address": "300"});
