@@ -2,7 +2,8 @@
 
 use crate::serve::client::Running;
 use crate::serve::fast_bus;
-use adapter::{Adapter, AdapterError, Capabilities, Mode};
+use crate::serve::hooked::{Hook, Hooked, Received};
+use adapter::{Adapter, AdapterError, Mode};
 use plumbline::can::{BitRate, Frame};
 use plumbline::time::Instant;
 use serde_json::json;
@@ -24,59 +25,41 @@ struct Plug {
     then: Mutex<Option<Box<dyn FnOnce() + Send>>>,
 }
 
-/// An adapter that can be unplugged.
-struct Plugged {
-    adapter: Box<dyn Adapter>,
-    plug: Arc<Plug>,
-}
-
-impl Plugged {
+impl Plug {
     fn check(&self) -> Result<(), AdapterError> {
-        match self.plug.is_out.load(Ordering::Relaxed) {
+        match self.is_out.load(Ordering::Relaxed) {
             true => Err(AdapterError::Lost("it".to_owned(), "unplugged".to_owned())),
             false => Ok(()),
         }
     }
 }
 
-impl Adapter for Plugged {
-    fn capabilities(&self) -> Capabilities {
-        self.adapter.capabilities()
-    }
-
-    fn open(&mut self, rate: Option<BitRate>, mode: Mode) -> Result<(), AdapterError> {
+impl Hook for Arc<Plug> {
+    fn open(
+        &mut self,
+        adapter: &mut dyn Adapter,
+        rate: Option<BitRate>,
+        mode: Mode,
+    ) -> Result<(), AdapterError> {
         self.check()?;
-        self.plug.opened.fetch_add(1, Ordering::Relaxed);
-        self.plug
-            .was_active
+        self.opened.fetch_add(1, Ordering::Relaxed);
+        self.was_active
             .fetch_or(mode == Mode::Active, Ordering::Relaxed);
-        self.adapter.open(rate, mode)
+        adapter.open(rate, mode)
     }
 
-    fn close(&mut self) {
-        self.adapter.close();
-    }
-
-    fn send(&mut self, frame: &Frame) -> Result<(), AdapterError> {
+    fn send(&mut self, adapter: &mut dyn Adapter, frame: &Frame) -> Result<(), AdapterError> {
         self.check()?;
-        self.plug.sent.fetch_add(1, Ordering::Relaxed);
-        self.adapter.send(frame)?;
-        let then = self.plug.then.lock().expect("a place").take();
+        self.sent.fetch_add(1, Ordering::Relaxed);
+        adapter.send(frame)?;
+        let then = self.then.lock().expect("a place").take();
         then.into_iter().for_each(|run| run());
         Ok(())
     }
 
-    fn receive(&mut self, until: Instant) -> Result<Option<(Instant, Frame)>, AdapterError> {
+    fn receive(&mut self, adapter: &mut dyn Adapter, until: Instant) -> Received {
         self.check()?;
-        self.adapter.receive(until)
-    }
-
-    fn now(&self) -> Instant {
-        self.adapter.now()
-    }
-
-    fn errors(&mut self) -> Option<u64> {
-        self.adapter.errors()
+        adapter.receive(until)
     }
 }
 
@@ -85,10 +68,7 @@ fn plugged() -> (Running, Arc<Plug>) {
     let own = plug.clone();
     let server = Running::with(Box::new(move |port| {
         own.made.fetch_add(1, Ordering::Relaxed);
-        Ok(Box::new(Plugged {
-            adapter: fast_bus::connect(port)?,
-            plug: own.clone(),
-        }))
+        Ok(Hooked::around(fast_bus::connect(port)?, own.clone()))
     }));
     (server, plug)
 }

@@ -2,45 +2,23 @@
 
 use crate::bus::rig::{Rig, tilt};
 use crate::serve::client::Running;
+use crate::serve::hooked::{Hook, Hooked, Received, paced};
+use adapter::Adapter;
 use adapter::bench::BenchAdapter;
-use adapter::{Adapter, AdapterError, Capabilities, Mode};
-use plumbline::can::{BitRate, Frame};
 use plumbline::time::Instant;
 use serde_json::{Value, json};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::thread;
-use std::time::Duration;
 
-/// How much faster the time of the bus passes than that of the computer.
-const SPEEDUP: u64 = 20;
-
-/// An adapter on a bus with a sensor that somebody turns: it is mounted with X = 1 deg and Y = -0.5 deg, on a surface with X = 2 deg.
+/// A bus with a sensor that somebody turns: it is mounted with X = 1 deg and Y = -0.5 deg, on a surface with X = 2 deg.
 struct Mounted {
-    adapter: BenchAdapter,
     rig: Rig,
     is_turned: Arc<AtomicBool>,
     was_turned: bool,
 }
 
-impl Adapter for Mounted {
-    fn capabilities(&self) -> Capabilities {
-        self.adapter.capabilities()
-    }
-
-    fn open(&mut self, rate: Option<BitRate>, mode: Mode) -> Result<(), AdapterError> {
-        self.adapter.open(rate, mode)
-    }
-
-    fn close(&mut self) {
-        self.adapter.close();
-    }
-
-    fn send(&mut self, frame: &Frame) -> Result<(), AdapterError> {
-        self.adapter.send(frame)
-    }
-
-    fn receive(&mut self, until: Instant) -> Result<Option<(Instant, Frame)>, AdapterError> {
+impl Hook for Mounted {
+    fn receive(&mut self, adapter: &mut dyn Adapter, until: Instant) -> Received {
         let is_turned = self.is_turned.load(Ordering::Relaxed);
         if is_turned && !self.was_turned {
             self.was_turned = true;
@@ -50,20 +28,7 @@ impl Adapter for Mounted {
             // Until the filters of the sensor have settled.
             self.rig.run(3000);
         }
-        let start = self.now();
-        let received = self.adapter.receive(until)?;
-        // Leaves the processor to others. No assertion depends on this pause.
-        let passed = self.now().ticks() - start.ticks();
-        thread::sleep(Duration::from_micros(passed / SPEEDUP));
-        Ok(received)
-    }
-
-    fn now(&self) -> Instant {
-        self.adapter.now()
-    }
-
-    fn errors(&mut self) -> Option<u64> {
-        self.adapter.errors()
+        paced(adapter, until)
     }
 }
 
@@ -79,12 +44,13 @@ fn mounted() -> (Running, Arc<AtomicBool>) {
             .device_mut(id)
             .set_motion(tilt(3.0, -0.5));
         rig.run(3000);
-        Ok(Box::new(Mounted {
-            adapter: BenchAdapter::new(&rig.bus),
+        let adapter = BenchAdapter::new(&rig.bus);
+        let hook = Mounted {
             rig,
             is_turned: own.clone(),
             was_turned: false,
-        }))
+        };
+        Ok(Hooked::new(adapter, hook))
     }));
     let wanted = json!({"port": "bench", "mode": "active", "rate": 125, "protocol": "fsc", "address": "300"});
     let answer = server.post("/api/connect", &wanted.to_string());

@@ -3,64 +3,30 @@
 use crate::bus::rig::Rig;
 use crate::serve::api::run;
 use crate::serve::client::{Running, Tab};
+use crate::serve::hooked::{Hook, Hooked, Received, paced};
+use adapter::Adapter;
 use adapter::bench::BenchAdapter;
-use adapter::{Adapter, AdapterError, Capabilities, Mode};
-use plumbline::can::{BitRate, Frame, standard};
+use plumbline::can::{Frame, standard};
 use plumbline::time::Instant;
 use serde_json::{Value, json};
-use std::thread;
-use std::time::Duration;
-
-/// How much faster the time of the bus passes than that of the computer.
-const SPEEDUP: u64 = 20;
 
 /// The computer is late each time after this number of waits, for this time in ms.
 const LATE: (u32, u32) = (40, 35);
 
-/// An adapter of a computer that is late again and again. The adapter keeps the frames meanwhile.
+/// A computer that is late again and again. The adapter keeps the frames meanwhile.
 struct Late {
-    adapter: BenchAdapter,
     rig: Rig,
     waits: u32,
 }
 
-impl Adapter for Late {
-    fn capabilities(&self) -> Capabilities {
-        self.adapter.capabilities()
-    }
-
-    fn open(&mut self, rate: Option<BitRate>, mode: Mode) -> Result<(), AdapterError> {
-        self.adapter.open(rate, mode)
-    }
-
-    fn close(&mut self) {
-        self.adapter.close();
-    }
-
-    fn send(&mut self, frame: &Frame) -> Result<(), AdapterError> {
-        self.adapter.send(frame)
-    }
-
-    fn receive(&mut self, until: Instant) -> Result<Option<(Instant, Frame)>, AdapterError> {
-        let start = self.now();
+impl Hook for Late {
+    fn receive(&mut self, adapter: &mut dyn Adapter, until: Instant) -> Received {
         self.waits += 1;
         let (often, time) = LATE;
         if self.waits.is_multiple_of(often) {
             self.rig.run(time);
         }
-        let received = self.adapter.receive(until)?;
-        // The bus does not run far ahead of the one who reads the samples. No assertion depends on this pause.
-        let passed = self.now().ticks() - start.ticks();
-        thread::sleep(Duration::from_micros(passed / SPEEDUP));
-        Ok(received)
-    }
-
-    fn now(&self) -> Instant {
-        self.adapter.now()
-    }
-
-    fn errors(&mut self) -> Option<u64> {
-        self.adapter.errors()
+        paced(adapter, until)
     }
 }
 
@@ -77,11 +43,8 @@ fn beside(product: &'static str, other: Option<&'static str>) -> Running {
         let start = Frame::data(standard(0), &[1, 0]).expect("a frame");
         rig.bus.borrow_mut().send(master, start);
         rig.run(20);
-        Ok(Box::new(Late {
-            adapter: BenchAdapter::new(&rig.bus),
-            rig,
-            waits: 0,
-        }))
+        let adapter = BenchAdapter::new(&rig.bus);
+        Ok(Hooked::new(adapter, Late { rig, waits: 0 }))
     }))
 }
 

@@ -1,7 +1,8 @@
 //! A bus with a virtual sensor on which another device sends a frame every 100 ms.
 
+use crate::serve::hooked::{Hook, Hooked, Received};
 use adapter::unread::Unread;
-use adapter::{Adapter, AdapterError, Capabilities, Mode};
+use adapter::{Adapter, AdapterError, Mode};
 use plumbline::can::{BitRate, CanId, Frame};
 use plumbline::time::{Instant, after, millis};
 use plumbline_tool::demo;
@@ -36,7 +37,6 @@ impl Witness {
 }
 
 struct Foreign {
-    adapter: Box<dyn Adapter>,
     frame: Frame,
     next: Instant,
     rate: Option<BitRate>,
@@ -52,28 +52,25 @@ impl Foreign {
     }
 }
 
-impl Adapter for Foreign {
-    fn capabilities(&self) -> Capabilities {
-        self.adapter.capabilities()
-    }
-
-    fn open(&mut self, rate: Option<BitRate>, mode: Mode) -> Result<(), AdapterError> {
+impl Hook for Foreign {
+    fn open(
+        &mut self,
+        adapter: &mut dyn Adapter,
+        rate: Option<BitRate>,
+        mode: Mode,
+    ) -> Result<(), AdapterError> {
         self.check()?;
         self.rate = rate;
-        self.next = self.adapter.now();
-        self.adapter.open(rate, mode)
+        self.next = adapter.now();
+        adapter.open(rate, mode)
     }
 
-    fn close(&mut self) {
-        self.adapter.close();
-    }
-
-    fn send(&mut self, frame: &Frame) -> Result<(), AdapterError> {
+    fn send(&mut self, adapter: &mut dyn Adapter, frame: &Frame) -> Result<(), AdapterError> {
         self.witness.kept().push(frame.can_id().bits());
-        self.adapter.send(frame)
+        adapter.send(frame)
     }
 
-    fn receive(&mut self, until: Instant) -> Result<Option<(Instant, Frame)>, AdapterError> {
+    fn receive(&mut self, adapter: &mut dyn Adapter, until: Instant) -> Received {
         // The bus has 250 kbit/s.
         self.check()?;
         let is_cut = self.witness.is_cut.load(Ordering::Relaxed);
@@ -83,28 +80,24 @@ impl Adapter for Foreign {
         } else {
             until
         };
-        let mut received = self.adapter.receive(wait)?;
+        let mut received = adapter.receive(wait)?;
         while is_cut && received.is_some() {
-            received = self.adapter.receive(wait)?;
+            received = adapter.receive(wait)?;
         }
         if received.is_none() && is_heard && self.next <= until {
-            let at = self.next.max(self.now());
+            let at = self.next.max(adapter.now());
             self.next = after(at, millis(100));
             return Ok(Some((at, self.frame)));
         }
         Ok(received)
     }
 
-    fn now(&self) -> Instant {
-        self.adapter.now()
-    }
-
-    fn errors(&mut self) -> Option<u64> {
+    fn errors(&mut self, _: Option<u64>) -> Option<u64> {
         let errors = self.witness.errors.load(Ordering::Relaxed);
         (errors > 0).then_some(errors)
     }
 
-    fn unread(&self) -> Option<Unread> {
+    fn unread(&self, _: Option<Unread>) -> Option<Unread> {
         let unread = Unread::default();
         for _ in 0..self.witness.unread.load(Ordering::Relaxed) {
             unread.take(b"y123".to_vec());
@@ -129,13 +122,13 @@ pub fn opener(frame: Frame) -> (Opener, Arc<Witness>) {
     let own = witness.clone();
     let opener = Box::new(move |_: &str| -> Result<Box<dyn Adapter>, Error> {
         let adapter = Box::new(demo::unpaced("is2")?);
-        Ok(Box::new(Foreign {
+        let hook = Foreign {
             next: adapter.now(),
-            adapter,
             frame,
             rate: None,
             witness: own.clone(),
-        }))
+        };
+        Ok(Hooked::around(adapter, hook))
     });
     (opener, witness)
 }

@@ -3,9 +3,10 @@
 use crate::bus::rig::Rig;
 use crate::serve::api::run;
 use crate::serve::client::{Running, until};
+use crate::serve::hooked::{Hook, Hooked, Received};
 use adapter::bench::BenchAdapter;
-use adapter::{Adapter, AdapterError, Capabilities, Mode};
-use plumbline::can::{BitRate, Frame};
+use adapter::{Adapter, AdapterError};
+use plumbline::can::Frame;
 use plumbline::time::{Duration, Instant, after, millis, reached};
 use serde_json::{Value, json};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -21,9 +22,8 @@ struct Shared {
     is_still: AtomicBool,
 }
 
-/// An adapter on a bus with a sensor and a witness.
+/// A bus with a sensor and a witness.
 struct Witnessed {
-    adapter: BenchAdapter,
     rig: Rig,
     shared: Arc<Shared>,
     waits: bool,
@@ -35,33 +35,21 @@ struct Witnessed {
 /// Time stands still so long after a request. A connection of DeviceNet ends after 10 s, and a busy computer is late with the first action.
 const IDLE: Duration = millis(5000);
 
-impl Adapter for Witnessed {
-    fn capabilities(&self) -> Capabilities {
-        self.adapter.capabilities()
-    }
-
-    fn open(&mut self, rate: Option<BitRate>, mode: Mode) -> Result<(), AdapterError> {
-        self.adapter.open(rate, mode)
-    }
-
-    fn close(&mut self) {
-        self.adapter.close();
-    }
-
-    fn send(&mut self, frame: &Frame) -> Result<(), AdapterError> {
+impl Hook for Witnessed {
+    fn send(&mut self, adapter: &mut dyn Adapter, frame: &Frame) -> Result<(), AdapterError> {
         self.waits = true;
-        self.asked = self.adapter.now();
-        self.adapter.send(frame)
+        self.asked = adapter.now();
+        adapter.send(frame)
     }
 
-    fn receive(&mut self, until: Instant) -> Result<Option<(Instant, Frame)>, AdapterError> {
+    fn receive(&mut self, adapter: &mut dyn Adapter, until: Instant) -> Received {
         let is_other = self.shared.is_other.load(Ordering::Relaxed);
-        let is_idle = !is_other && reached(self.adapter.now(), after(self.asked, IDLE));
+        let is_idle = !is_other && reached(adapter.now(), after(self.asked, IDLE));
         let is_still = is_idle || self.shared.is_still.load(Ordering::Relaxed);
         if is_still && !self.waits {
             return Ok(None);
         }
-        let received = self.adapter.receive(until)?;
+        let received = adapter.receive(until)?;
         self.waits &= received.is_none();
         let mut received = received;
         if is_other {
@@ -80,14 +68,6 @@ impl Adapter for Witnessed {
         self.shared.seen.lock().expect("frames").extend(seen);
         Ok(received)
     }
-
-    fn now(&self) -> Instant {
-        self.adapter.now()
-    }
-
-    fn errors(&mut self) -> Option<u64> {
-        self.adapter.errors()
-    }
 }
 
 /// The serial number of another sensor.
@@ -100,14 +80,14 @@ fn served(product: &'static str) -> (Running, Arc<Shared>) {
     let server = Running::with(Box::new(move |_| {
         let rig = Rig::with(product);
         let adapter = BenchAdapter::new(&rig.bus);
-        Ok(Box::new(Witnessed {
+        let hook = Witnessed {
             asked: adapter.now(),
-            adapter,
             rig,
             shared: own.clone(),
             waits: false,
             is_exchanged: false,
-        }))
+        };
+        Ok(Hooked::new(adapter, hook))
     }));
     let body = json!({"port": "bench", "rate": 250, "mode": "active"});
     let answer = server.post("/api/connect", &body.to_string());

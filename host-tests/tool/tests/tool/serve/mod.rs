@@ -13,6 +13,7 @@ mod files;
 pub mod foreign;
 mod frames;
 mod guard;
+mod hooked;
 mod identity;
 mod j1939;
 mod owner;

@@ -2,6 +2,7 @@
 
 use crate::serve::client::{Answer, Running};
 use crate::serve::foreign::{heartbeat, opener, unknown};
+use crate::serve::hooked::{Hook, Hooked, Received};
 use adapter::{Adapter, AdapterError, Capabilities, Mode};
 use plumbline::can::{BitRate, Frame};
 use plumbline::time::Instant;
@@ -84,42 +85,42 @@ struct Times {
 
 /// A bus at 125 kbit/s with an IS2 as delivered, which sends nothing by itself.
 struct Silent {
-    adapter: Box<dyn Adapter>,
     rate: Option<BitRate>,
     times: Arc<Times>,
 }
 
-impl Adapter for Silent {
-    fn capabilities(&self) -> Capabilities {
+impl Hook for Silent {
+    fn capabilities(&self, own: Capabilities) -> Capabilities {
         Capabilities {
             needs_rate: true,
             sets_rate: true,
-            ..self.adapter.capabilities()
+            ..own
         }
     }
 
-    fn open(&mut self, rate: Option<BitRate>, mode: Mode) -> Result<(), AdapterError> {
+    fn open(
+        &mut self,
+        adapter: &mut dyn Adapter,
+        rate: Option<BitRate>,
+        mode: Mode,
+    ) -> Result<(), AdapterError> {
         self.rate = rate;
-        self.adapter.open(rate, mode)
+        adapter.open(rate, mode)
     }
 
-    fn close(&mut self) {
-        self.adapter.close();
-    }
-
-    fn send(&mut self, frame: &Frame) -> Result<(), AdapterError> {
+    fn send(&mut self, adapter: &mut dyn Adapter, frame: &Frame) -> Result<(), AdapterError> {
         match self.rate {
-            Some(BitRate::K125) => self.adapter.send(frame),
+            Some(BitRate::K125) => adapter.send(frame),
             _ => Ok(()),
         }
     }
 
-    fn receive(&mut self, until: Instant) -> Result<Option<(Instant, Frame)>, AdapterError> {
-        let mut received = self.adapter.receive(until)?;
+    fn receive(&mut self, adapter: &mut dyn Adapter, until: Instant) -> Received {
+        let mut received = adapter.receive(until)?;
         while received.is_some() && self.rate != Some(BitRate::K125) {
-            received = self.adapter.receive(until)?;
+            received = adapter.receive(until)?;
         }
-        let now = self.now().ticks() / 1000;
+        let now = adapter.now().ticks() / 1000;
         self.times.now.store(now, Ordering::Relaxed);
         if received.is_some() {
             let first = &self.times.first;
@@ -128,11 +129,7 @@ impl Adapter for Silent {
         Ok(received)
     }
 
-    fn now(&self) -> Instant {
-        self.adapter.now()
-    }
-
-    fn errors(&mut self) -> Option<u64> {
+    fn errors(&mut self, _: Option<u64>) -> Option<u64> {
         None
     }
 }
@@ -141,11 +138,9 @@ fn silent() -> (Running, Arc<Times>) {
     let times = Arc::new(Times::default());
     let own = times.clone();
     let server = Running::with(Box::new(move |_| {
-        Ok(Box::new(Silent {
-            adapter: Box::new(demo::unpaced("is2")?),
-            rate: None,
-            times: own.clone(),
-        }))
+        let times = own.clone();
+        let hook = Silent { rate: None, times };
+        Ok(Hooked::new(demo::unpaced("is2")?, hook))
     }));
     (server, times)
 }

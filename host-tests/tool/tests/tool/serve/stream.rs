@@ -3,8 +3,8 @@
 use crate::serve::client::{Running, until};
 use crate::serve::fast_bus;
 use crate::serve::foreign::{opener, unknown};
-use adapter::{Adapter, AdapterError, Capabilities, Mode};
-use plumbline::can::{BitRate, Frame};
+use crate::serve::hooked::{Hook, Hooked, Received};
+use adapter::Adapter;
 use plumbline::time::Instant;
 use serde_json::{Value, json};
 use std::sync::Arc;
@@ -158,39 +158,15 @@ fn scan_lists_the_sensor() {
     assert_eq!(found[0]["address"], "10");
 }
 
-/// The adapter of a bus whose time stands still while a test holds it.
-struct Held(Box<dyn Adapter>, Arc<AtomicBool>);
+/// The time of the bus stands still while a test holds it.
+struct Held(Arc<AtomicBool>);
 
-impl Adapter for Held {
-    fn capabilities(&self) -> Capabilities {
-        self.0.capabilities()
-    }
-
-    fn open(&mut self, rate: Option<BitRate>, mode: Mode) -> Result<(), AdapterError> {
-        self.0.open(rate, mode)
-    }
-
-    fn close(&mut self) {
-        self.0.close();
-    }
-
-    fn send(&mut self, frame: &Frame) -> Result<(), AdapterError> {
-        self.0.send(frame)
-    }
-
-    fn receive(&mut self, until: Instant) -> Result<Option<(Instant, Frame)>, AdapterError> {
-        while self.1.load(Ordering::Relaxed) {
+impl Hook for Held {
+    fn receive(&mut self, adapter: &mut dyn Adapter, until: Instant) -> Received {
+        while self.0.load(Ordering::Relaxed) {
             thread::sleep(Duration::from_millis(1));
         }
-        self.0.receive(until)
-    }
-
-    fn now(&self) -> Instant {
-        self.0.now()
-    }
-
-    fn errors(&mut self) -> Option<u64> {
-        self.0.errors()
+        adapter.receive(until)
     }
 }
 
@@ -199,7 +175,7 @@ fn running_scan_can_be_stopped() {
     let is_held = Arc::new(AtomicBool::new(true));
     let own = is_held.clone();
     let server = Running::with(Box::new(move |port| {
-        Ok(Box::new(Held(fast_bus::connect(port)?, own.clone())))
+        Ok(Hooked::around(fast_bus::connect(port)?, Held(own.clone())))
     }));
     let mut tab = server.tab();
     let stopped = thread::scope(|scope| {

@@ -2,18 +2,14 @@
 
 use crate::bus::rig::Rig;
 use crate::serve::client::{Running, Tab};
+use crate::serve::hooked::{Hook, Hooked, Received, paced};
 use adapter::bench::BenchAdapter;
-use adapter::{Adapter, AdapterError, Capabilities, Mode};
+use adapter::{Adapter, AdapterError};
 use can_wire::text::frame;
-use plumbline::can::{BitRate, Frame};
+use plumbline::can::Frame;
 use plumbline::time::Instant;
 use serde_json::{Value, json};
 use std::sync::{Arc, Mutex};
-use std::thread;
-use std::time::Duration;
-
-/// How much faster the time of the bus passes than that of the computer.
-const SPEEDUP: u64 = 20;
 
 /// The adapter is unplugged when this frame is sent.
 const UNPLUGS: &str = "7FF#";
@@ -24,54 +20,27 @@ const REFUSED: &str = "7FE#";
 /// The frames on the bus with their times.
 type Seen = Arc<Mutex<Vec<(Instant, Frame)>>>;
 
-/// An adapter on a bus with a sensor and a witness.
+/// A bus with a sensor and a witness.
 struct Witnessed {
-    adapter: BenchAdapter,
     rig: Rig,
     seen: Seen,
 }
 
-impl Adapter for Witnessed {
-    fn capabilities(&self) -> Capabilities {
-        self.adapter.capabilities()
-    }
-
-    fn open(&mut self, rate: Option<BitRate>, mode: Mode) -> Result<(), AdapterError> {
-        self.adapter.open(rate, mode)
-    }
-
-    fn close(&mut self) {
-        self.adapter.close();
-    }
-
-    fn send(&mut self, own: &Frame) -> Result<(), AdapterError> {
-        match *own == frame(UNPLUGS) {
-            true => Err(AdapterError::Lost(
-                "bench".to_owned(),
-                "unplugged".to_owned(),
-            )),
-            false if *own == frame(REFUSED) => Err(AdapterError::FrameRefused("bench".to_owned())),
-            false => self.adapter.send(own),
+impl Hook for Witnessed {
+    fn send(&mut self, adapter: &mut dyn Adapter, own: &Frame) -> Result<(), AdapterError> {
+        let name = "bench".to_owned();
+        match own {
+            own if *own == frame(UNPLUGS) => Err(AdapterError::Lost(name, "unplugged".to_owned())),
+            own if *own == frame(REFUSED) => Err(AdapterError::FrameRefused(name)),
+            own => adapter.send(own),
         }
     }
 
-    fn receive(&mut self, until: Instant) -> Result<Option<(Instant, Frame)>, AdapterError> {
-        let start = self.now();
-        let received = self.adapter.receive(until)?;
+    fn receive(&mut self, adapter: &mut dyn Adapter, until: Instant) -> Received {
+        let received = paced(adapter, until);
         let seen = self.rig.witnessed_at();
         self.seen.lock().expect("frames").extend(seen);
-        // The bus does not run far ahead of the one who reads the events. No assertion depends on this pause.
-        let passed = self.now().ticks() - start.ticks();
-        thread::sleep(Duration::from_micros(passed / SPEEDUP));
-        Ok(received)
-    }
-
-    fn now(&self) -> Instant {
-        self.adapter.now()
-    }
-
-    fn errors(&mut self) -> Option<u64> {
-        self.adapter.errors()
+        received
     }
 }
 
@@ -81,11 +50,9 @@ fn connected(mode: &str) -> (Running, Seen) {
     let own = seen.clone();
     let server = Running::with(Box::new(move |_| {
         let rig = Rig::with("jn2101");
-        Ok(Box::new(Witnessed {
-            adapter: BenchAdapter::new(&rig.bus),
-            rig,
-            seen: own.clone(),
-        }))
+        let adapter = BenchAdapter::new(&rig.bus);
+        let seen = own.clone();
+        Ok(Hooked::new(adapter, Witnessed { rig, seen }))
     }));
     let answer = server.post(
         "/api/connect",

@@ -2,11 +2,12 @@
 
 use crate::bus::rig::Rig;
 use crate::serve::client::Running;
+use crate::serve::hooked::{Hook, Hooked, Received};
 use crate::update::{Files, SERIAL, elf, rig};
 use adapter::bench::BenchAdapter;
-use adapter::{Adapter, AdapterError, Capabilities, Mode};
+use adapter::{Adapter, AdapterError};
 use host_tests::effort;
-use plumbline::can::{BitRate, Frame};
+use plumbline::can::Frame;
 use plumbline::time::Instant;
 use serde_json::{Value, json};
 use std::fs;
@@ -16,28 +17,15 @@ use std::sync::atomic::{AtomicI64, Ordering};
 use std::thread;
 use std::time::Duration;
 
-/// The adapter of a bus with a sensor. After this number of frames the wire is broken; -1: never.
+/// A bus with a sensor. After this number of frames the wire is broken; -1: never.
 struct Plugged {
-    adapter: BenchAdapter,
     /// The bus with its devices.
     _rig: Rig,
     left: Arc<AtomicI64>,
 }
 
-impl Adapter for Plugged {
-    fn capabilities(&self) -> Capabilities {
-        self.adapter.capabilities()
-    }
-
-    fn open(&mut self, rate: Option<BitRate>, mode: Mode) -> Result<(), AdapterError> {
-        self.adapter.open(rate, mode)
-    }
-
-    fn close(&mut self) {
-        self.adapter.close();
-    }
-
-    fn send(&mut self, frame: &Frame) -> Result<(), AdapterError> {
+impl Hook for Plugged {
+    fn send(&mut self, adapter: &mut dyn Adapter, frame: &Frame) -> Result<(), AdapterError> {
         // One step: the test sets the number meanwhile.
         let left = self
             .left
@@ -46,22 +34,14 @@ impl Adapter for Plugged {
             });
         match left {
             Err(0) => Ok(()),
-            _ => self.adapter.send(frame),
+            _ => adapter.send(frame),
         }
     }
 
-    fn receive(&mut self, until: Instant) -> Result<Option<(Instant, Frame)>, AdapterError> {
+    fn receive(&mut self, adapter: &mut dyn Adapter, until: Instant) -> Received {
         // Leaves the processor to others between polls. No assertion depends on this pause.
         thread::sleep(Duration::from_micros(20));
-        self.adapter.receive(until)
-    }
-
-    fn now(&self) -> Instant {
-        self.adapter.now()
-    }
-
-    fn errors(&mut self) -> Option<u64> {
-        self.adapter.errors()
+        adapter.receive(until)
     }
 }
 
@@ -73,11 +53,9 @@ fn server() -> (Running, Arc<AtomicI64>) {
     let own = left.clone();
     let server = Running::with(Box::new(move |_| {
         let rig = rig("jn2101");
-        Ok(Box::new(Plugged {
-            adapter: BenchAdapter::new(&rig.bus),
-            _rig: rig,
-            left: own.clone(),
-        }))
+        let adapter = BenchAdapter::new(&rig.bus);
+        let left = own.clone();
+        Ok(Hooked::new(adapter, Plugged { _rig: rig, left }))
     }));
     (server, left)
 }

@@ -3,6 +3,7 @@
 use crate::serve::api::{run, value};
 use crate::serve::client::{Answer, Running};
 use crate::serve::fast_bus;
+use crate::serve::hooked::{Hook, Hooked, Received};
 use adapter::{Adapter, AdapterError, Capabilities, Mode};
 use plumbline::can::{BitRate, CanId, Frame};
 use plumbline::time::{Instant, after, millis};
@@ -29,44 +30,44 @@ struct Bus {
 
 /// A virtual sensor that can be exchanged.
 struct Exchanged {
-    adapter: Box<dyn Adapter>,
     bus: Arc<Bus>,
     mode: Mode,
 }
 
-impl Adapter for Exchanged {
-    fn capabilities(&self) -> Capabilities {
+impl Hook for Exchanged {
+    fn capabilities(&self, own: Capabilities) -> Capabilities {
         Capabilities {
             needs_rate: self.bus.needs_rate,
-            ..self.adapter.capabilities()
+            ..own
         }
     }
 
-    fn open(&mut self, rate: Option<BitRate>, mode: Mode) -> Result<(), AdapterError> {
+    fn open(
+        &mut self,
+        adapter: &mut dyn Adapter,
+        rate: Option<BitRate>,
+        mode: Mode,
+    ) -> Result<(), AdapterError> {
         self.mode = mode;
-        self.adapter.open(rate, mode)
+        adapter.open(rate, mode)
     }
 
-    fn close(&mut self) {
-        self.adapter.close();
-    }
-
-    fn send(&mut self, frame: &Frame) -> Result<(), AdapterError> {
+    fn send(&mut self, adapter: &mut dyn Adapter, frame: &Frame) -> Result<(), AdapterError> {
         if matches!(frame.bytes(), [0x28 | 0x29, ..]) {
             self.bus.zeros.fetch_add(1, Ordering::Relaxed);
         }
-        self.adapter.send(frame)
+        adapter.send(frame)
     }
 
-    fn receive(&mut self, until: Instant) -> Result<Option<(Instant, Frame)>, AdapterError> {
+    fn receive(&mut self, adapter: &mut dyn Adapter, until: Instant) -> Received {
         if self.bus.is_busy.load(Ordering::Relaxed) && self.mode == Mode::Listen {
-            let next = after(self.now(), millis(10)).min(until);
-            let received = self.adapter.receive(next)?;
+            let next = after(adapter.now(), millis(10)).min(until);
+            let received = adapter.receive(next)?;
             let foreign = Frame::of(CanId::standard(0x123), [0; 8], 8);
-            let is_over = self.now() >= until;
+            let is_over = adapter.now() >= until;
             return Ok(received.or((!is_over).then_some((next, foreign))));
         }
-        while let Some((at, frame)) = self.adapter.receive(until)? {
+        while let Some((at, frame)) = adapter.receive(until)? {
             let is_version = matches!(frame.bytes(), [0x04, ..]);
             let is_hidden = is_version && self.bus.hides_version.load(Ordering::Relaxed);
             if is_hidden || self.bus.is_empty.load(Ordering::Relaxed) {
@@ -84,25 +85,17 @@ impl Adapter for Exchanged {
         }
         Ok(None)
     }
-
-    fn now(&self) -> Instant {
-        self.adapter.now()
-    }
-
-    fn errors(&mut self) -> Option<u64> {
-        self.adapter.errors()
-    }
 }
 
 fn served(bus: Bus) -> (Running, Arc<Bus>) {
     let bus = Arc::new(bus);
     let own = bus.clone();
     let server = Running::with(Box::new(move |_| {
-        Ok(Box::new(Exchanged {
-            adapter: fast_bus::connect("demo:is2")?,
+        let hook = Exchanged {
             bus: own.clone(),
             mode: Mode::Active,
-        }))
+        };
+        Ok(Hooked::around(fast_bus::connect("demo:is2")?, hook))
     }));
     (server, bus)
 }
