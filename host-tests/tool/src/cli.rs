@@ -2,20 +2,17 @@
 
 pub mod bridge;
 pub mod frames;
+mod options;
 pub mod replace;
+mod words;
 
-use crate::known::{known, parameters, products, rates, text};
-use crate::master::Addresses;
+pub use options::{Options, command};
+pub use words::parse;
+
+use crate::known::{known, parameters, text};
 use crate::ops::Request;
-use crate::question::Name;
-use crate::scan::kbits;
-use clap::error::{ContextKind, ContextValue, ErrorKind};
-use clap::{Args, CommandFactory, FromArgMatches, Parser, Subcommand, ValueEnum};
+use clap::{Parser, Subcommand};
 use clap_complete::Shell;
-use plumbline::can::BitRate;
-use serde::Deserialize;
-use std::ffi::OsString;
-use std::fmt::{self, Display, Formatter};
 use std::net::SocketAddr;
 use std::path::PathBuf;
 
@@ -33,114 +30,6 @@ pub struct Cli {
     /// The command
     #[command(subcommand)]
     pub command: Command,
-}
-
-/// The options of all commands.
-#[derive(Clone, Debug, Default, Args)]
-pub struct Options {
-    /// The adapter: slcan://HOST:PORT, slcan:/dev/ttyACM0, can0 (Linux), usb or usb:SERIAL, pcan or pcan:USBBUS1, demo:PRODUCT
-    #[arg(long, global = true, env = "PLUMBLINE_PORT", value_name = "PORT")]
-    pub port: Option<String>,
-    /// The bit rate in kbit/s [default: listens for it]
-    #[arg(long, global = true, value_name = "KBITS", value_parser = known(bench::bit_rate, rates))]
-    pub rate: Option<BitRate>,
-    /// The address of the sensor
-    #[command(flatten)]
-    pub sensor: Addresses,
-    /// The product, if the sensor does not say it
-    #[arg(long, global = true, value_name = "NAME", value_parser = known(text, products))]
-    pub product: Option<String>,
-    /// The data sheet (EDS) of a CANopen or DeviceNet device that is not in the catalogue
-    #[arg(long, global = true, value_name = "FILE", conflicts_with = "product")]
-    pub eds: Option<PathBuf>,
-    /// The folder with the names of sensors [default: plumbline in the folder for settings of the user]
-    #[arg(
-        long,
-        global = true,
-        env = "PLUMBLINE_CONFIG",
-        value_name = "DIR",
-        hide_env_values = true
-    )]
-    pub config: Option<PathBuf>,
-    /// Print one JSON document
-    #[arg(long, global = true)]
-    pub json: bool,
-    /// Answer all questions with yes, or those with these names: --yes=zero,overwrite
-    #[arg(
-        long,
-        global = true,
-        value_name = "QUESTIONS",
-        num_args = 0..=1,
-        require_equals = true,
-        value_delimiter = ',',
-        default_missing_value = "all"
-    )]
-    pub yes: Vec<Name>,
-}
-
-/// What to zero.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, ValueEnum, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Axis {
-    /// The first axis
-    X,
-    /// The second axis
-    Y,
-}
-
-impl Axis {
-    /// The name in the guide of a product.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::X => "x",
-            Self::Y => "y",
-        }
-    }
-}
-
-/// A bit rate for a sensor.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum NewRate {
-    /// The sensor detects the bit rate of the bus.
-    Automatic,
-    /// This one.
-    Fixed(BitRate),
-}
-
-texts::same! { NewRate }
-
-impl NewRate {
-    /// The rate; None: automatic detection.
-    pub fn fixed(self) -> Option<BitRate> {
-        Option::from(self)
-    }
-
-    /// As the command line takes it.
-    pub fn word(self) -> String {
-        let rate = self.fixed().map(kbits);
-        rate.map_or("auto".to_owned(), |rate| rate.to_string())
-    }
-}
-
-impl From<Option<BitRate>> for NewRate {
-    fn from(rate: Option<BitRate>) -> Self {
-        rate.map_or(Self::Automatic, Self::Fixed)
-    }
-}
-
-impl From<NewRate> for Option<BitRate> {
-    fn from(rate: NewRate) -> Self {
-        match rate {
-            NewRate::Automatic => None,
-            NewRate::Fixed(rate) => Some(rate),
-        }
-    }
-}
-
-impl Display for NewRate {
-    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
-        f.write_str(self.fixed().map_or("automatic detection", BitRate::name))
-    }
 }
 
 /// A command.
@@ -399,101 +288,6 @@ pub enum KeyCommand {
         #[arg(long, short, value_name = "FILE")]
         output: PathBuf,
     },
-}
-
-/// The command line, in which the help of a command shows only the options that it uses.
-pub fn command() -> clap::Command {
-    let mut command = Cli::command();
-    // Gives the commands the options of all commands.
-    command.build();
-    command.mut_subcommands(|own| {
-        let unused = unused(own.get_name());
-        hide(own, unused).mut_subcommands(|part| hide(part, unused))
-    })
-}
-
-/// Hides these options of a command in its help.
-fn hide(command: clap::Command, unused: &[&str]) -> clap::Command {
-    command.mut_args(|option| {
-        let is_unused = unused.contains(&option.get_id().as_str());
-        let is_hidden = option.is_hide_set() || is_unused;
-        option.hide(is_hidden)
-    })
-}
-
-/// Parses the words of a command line. The names of questions can also follow `--yes` without `=`, where they are no other argument: in
-/// `--yes zero` the word is the command.
-///
-/// # Errors
-/// The words are no command line.
-pub fn parse(words: &[OsString]) -> Result<Cli, clap::Error> {
-    let parsed = |words: &[OsString]| {
-        let matches = command().try_get_matches_from(words);
-        matches.and_then(|matches| Cli::from_arg_matches(&matches))
-    };
-    parsed(words).or_else(|error| {
-        // A word that is no argument and no name of a question: the error of its value lists the names.
-        let wrong = match error.get(ContextKind::InvalidArg) {
-            Some(ContextValue::String(wrong)) if !wrong.starts_with('-') => Some(&**wrong),
-            _ => None,
-        };
-        parsed(&joined(words, wrong)).map_err(|named| match named.kind() {
-            ErrorKind::InvalidValue => named,
-            _ => error,
-        })
-    })
-}
-
-/// The same words, with `=` between `--yes` and names of questions, or this word.
-fn joined(words: &[OsString], wrong: Option<&str>) -> Vec<OsString> {
-    let mut joined: Vec<OsString> = Vec::new();
-    for word in words {
-        let text = word.to_str().unwrap_or_default();
-        let mut names = text.split(',');
-        let is_named = names.all(|name| Name::from_str(name, false).is_ok());
-        match joined.last_mut() {
-            Some(last) if (is_named || wrong == Some(text)) && last == "--yes" => {
-                last.push("=");
-                last.push(word);
-            }
-            _ => joined.push(word.clone()),
-        }
-    }
-    joined
-}
-
-/// The options that a command does not use.
-fn unused(command: &str) -> &'static [&'static str] {
-    const ALL: [&str; 11] = [
-        "json", "yes", "config", "port", "rate", "id", "node", "mac", "address", "product", "eds",
-    ];
-    match command {
-        "completions" | "man" | "help" => &ALL,
-        "ports" => &ALL[1..],
-        "image" | "key" => &ALL[2..],
-        "calibrate" => &[
-            "config", "port", "rate", "id", "node", "mac", "address", "eds",
-        ],
-        "decode" => &["yes", "config", "port", "rate"],
-        "log" | "replay" => &["config"],
-        "commission" => &["id", "node", "mac", "address", "product", "eds"],
-        "doctor" | "send" => &["config", "id", "node", "mac", "address", "product", "eds"],
-        "bridge" => &["product", "eds"],
-        "scan" => &["id", "node", "mac", "address", "product", "eds"],
-        "node-id" => &["id", "mac", "address", "eds"],
-        "mac" => &["id", "node", "address", "eds"],
-        "address" => &["id", "node", "mac", "eds"],
-        "rate" | "zero" | "teach" | "align" => &["eds"],
-        _ => &[],
-    }
-}
-
-/// One of the ten bit rates, in kbit/s, or `auto`.
-pub(crate) fn new_rate(text: &str) -> Result<NewRate, String> {
-    match text {
-        "auto" => Ok(NewRate::Automatic),
-        _ => bench::bit_rate(text).map(NewRate::Fixed),
-    }
 }
 
 #[cfg(test)]

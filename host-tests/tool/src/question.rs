@@ -1,7 +1,7 @@
 //! What the tool asks before it goes on. The terminal and the page ask the same questions.
 
 use crate::calibrate::host;
-use crate::cli::NewRate;
+use crate::ops::NewRate;
 use clap::ValueEnum;
 use serde::{Deserialize, Serialize};
 use std::fmt::{self, Display, Formatter};

@@ -8,17 +8,18 @@ pub mod devicenet;
 pub mod fsc;
 pub mod j1939;
 mod options;
+mod protocol;
 mod roles;
 
 pub use canopen::Node;
 pub use j1939::Ca;
 pub use options::Addresses;
+pub use protocol::Protocol;
 pub(crate) use roles::factory;
 pub use roles::{Codes, Roles, Storing, factory_rate, factory_target, factory_targets};
 
 use crate::cyclic::{Source, Started};
-use crate::decode::{Decoder, Known};
-use crate::error::{Error, RequestError, SensorError};
+use crate::error::{Error, SensorError};
 use crate::identify::Found;
 use crate::link::Link;
 use crate::master::canopen::sdo::Server;
@@ -29,91 +30,12 @@ use crate::ops::report::Done;
 use crate::output::Terminal;
 use crate::sample::{Poller, Sampler};
 use crate::scan::listen::{self, Frames};
-use crate::scan::row::Heard;
 use crate::session::Session;
 use crate::sheet::Entry;
-use crate::sheet::rows::Builder;
 use plumbline::can::{BitRate, CanId, Frame};
 use plumbline::model::catalog::Product;
 use plumbline::time::{Duration, millis};
-use std::ops::{Deref, RangeInclusive};
-
-/// What the tool knows of a protocol without a sensor.
-#[derive(Debug)]
-pub struct Protocol {
-    /// The name in documents.
-    pub name: &'static str,
-    /// The option of the command line with an address.
-    pub option: &'static str,
-    /// The help of this option.
-    pub help: &'static str,
-    /// The value of this option, in its help.
-    pub value: &'static str,
-    /// What an address is, for people.
-    pub kind: &'static str,
-    /// The numbers that are addresses.
-    pub range: RangeInclusive<u8>,
-    /// The error of a product without such an address, with the commands that can be meant.
-    pub lacks: fn(&'static str, String) -> RequestError,
-    /// The command that changes the address.
-    pub command: Option<&'static str>,
-    /// The sensor at the address of this option.
-    pub target: fn(&str) -> Result<Target, Error>,
-    /// The parameters of a product with a role in this protocol; None: the product does not have this protocol.
-    pub roles: fn(&Product) -> Option<Roles>,
-    /// Adds the rows of the tables of a product to its sheet.
-    pub(crate) rows: fn(&mut Builder),
-    /// A search asks at all numbers.
-    pub is_searched: bool,
-    /// Finds the nodes that tell their addresses after one request to all.
-    pub(crate) told: Option<Told>,
-    /// Finds a node without an address. The frames are those that were heard before.
-    pub(crate) unaddressed: Option<Unaddressed>,
-    /// What the messages of these products mean.
-    pub(crate) decoder: fn(Known) -> Box<dyn Decoder>,
-}
-
-type Told = fn(&mut Link) -> Result<Vec<Target>, Error>;
-type Unaddressed = fn(&mut Link, &Frames) -> Result<Option<Heard>, Error>;
-
-impl Eq for Protocol {}
-
-impl PartialEq for Protocol {
-    fn eq(&self, other: &Self) -> bool {
-        self.name == other.name
-    }
-}
-
-impl Protocol {
-    /// The protocol with this name.
-    pub fn named(name: &str) -> Option<&'static Self> {
-        PROTOCOLS.into_iter().find(|protocol| protocol.name == name)
-    }
-
-    /// The name of the option without hyphens.
-    fn argument(&self) -> &'static str {
-        self.option.trim_start_matches('-')
-    }
-
-    /// The protocol of a product; of two, the first one of [`PROTOCOLS`].
-    pub fn of(product: &Product) -> &'static Self {
-        let mut all = PROTOCOLS.into_iter();
-        let own = all.find(|protocol| protocol.is_of(product));
-        own.unwrap_or(PROTOCOLS[0])
-    }
-
-    /// The addresses that a search asks.
-    pub(crate) fn searched(&self) -> Vec<Target> {
-        let numbers = self.range.clone().filter(|_| self.is_searched);
-        let targets = numbers.map(|number| (self.target)(&number.to_string()));
-        targets.filter_map(Result::ok).collect()
-    }
-
-    /// Whether a product can have this protocol.
-    pub fn is_of(&self, product: &Product) -> bool {
-        (self.roles)(product).is_some()
-    }
-}
+use std::ops::Deref;
 
 /// The tool's side of a protocol, for the sensor at one address.
 pub trait Master {
@@ -419,14 +341,4 @@ fn is_there(
         is_there = is_there || answers(link)?;
     }
     Ok(is_there)
-}
-
-/// The address of an option of the command line, which is a number.
-fn number(protocol: &Protocol, text: &str) -> Result<u8, Error> {
-    let number = text.parse().ok();
-    let number = number.filter(|number| protocol.range.contains(number));
-    let (low, high) = protocol.range.clone().into_inner();
-    let wrong =
-        || RequestError::AddressRange(protocol.option, text.to_owned(), protocol.kind, low, high);
-    Ok(number.ok_or_else(wrong)?)
 }

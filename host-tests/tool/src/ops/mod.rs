@@ -29,6 +29,7 @@ use crate::labels::Labels;
 use crate::master::{canopen, devicenet, j1939};
 use crate::output::Terminal;
 use crate::session::Session;
+pub use rate::NewRate;
 pub use report::{Done, Report};
 pub use request::Request;
 

@@ -3,19 +3,20 @@
 
 use super::report::Done;
 use super::{Report, adjust, set};
-use crate::cli::NewRate;
 use crate::error::{Error, RequestError, SensorError, Silence, Why};
 use crate::identify::{self, Found};
 use crate::master::Target;
 use crate::master::{Codes, Storing};
 use crate::output::Terminal;
 use crate::question::Change;
+use crate::scan::kbits;
 use crate::session::Session;
 use crate::sheet::Entry;
 use adapter::Mode;
 use plumbline::can::BitRate;
 use plumbline::param::ParameterId;
 use plumbline::time::{Duration, after, millis};
+use std::fmt::{self, Display, Formatter};
 
 /// The time in which a DeviceNet sensor has stored a change by itself.
 const STORING: Duration = millis(1500);
@@ -26,6 +27,59 @@ const RESTART: Duration = millis(4000);
 /// The time in which the request to restart leaves the adapter. The adapter must not be at the old rate any more when the sensor sends
 /// its first message at the new one: its error frames can bring the sensor to bus-off.
 pub(super) const SOON: Duration = millis(4);
+
+/// A bit rate for a sensor.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum NewRate {
+    /// The sensor detects the bit rate of the bus.
+    Automatic,
+    /// This one.
+    Fixed(BitRate),
+}
+
+texts::same! { NewRate }
+
+impl NewRate {
+    /// The rate; None: automatic detection.
+    pub fn fixed(self) -> Option<BitRate> {
+        Option::from(self)
+    }
+
+    /// As the command line takes it.
+    pub fn word(self) -> String {
+        let rate = self.fixed().map(kbits);
+        rate.map_or("auto".to_owned(), |rate| rate.to_string())
+    }
+}
+
+impl From<Option<BitRate>> for NewRate {
+    fn from(rate: Option<BitRate>) -> Self {
+        rate.map_or(Self::Automatic, Self::Fixed)
+    }
+}
+
+impl From<NewRate> for Option<BitRate> {
+    fn from(rate: NewRate) -> Self {
+        match rate {
+            NewRate::Automatic => None,
+            NewRate::Fixed(rate) => Some(rate),
+        }
+    }
+}
+
+impl Display for NewRate {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        f.write_str(self.fixed().map_or("automatic detection", BitRate::name))
+    }
+}
+
+/// One of the ten bit rates, in kbit/s, or `auto`.
+pub(crate) fn new_rate(text: &str) -> Result<NewRate, String> {
+    match text {
+        "auto" => Ok(NewRate::Automatic),
+        _ => bench::bit_rate(text).map(NewRate::Fixed),
+    }
+}
 
 pub(super) fn rate(
     session: &mut Session,

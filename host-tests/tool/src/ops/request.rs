@@ -1,11 +1,31 @@
 //! The operations on a sensor, as the command line and the page ask for them.
 
-use crate::cli::{Axis, NewRate, new_rate};
+use super::rate::{NewRate, new_rate};
 use crate::error::{Error, RequestError};
 use crate::known::{assignments, known, new_rates, parameters, text};
-use clap::Subcommand;
+use clap::{Subcommand, ValueEnum};
 use serde::{Deserialize, Deserializer};
 use std::path::PathBuf;
+
+/// What to zero.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, ValueEnum, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Axis {
+    /// The first axis
+    X,
+    /// The second axis
+    Y,
+}
+
+impl Axis {
+    /// The name in the guide of a product.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::X => "x",
+            Self::Y => "y",
+        }
+    }
+}
 
 /// An operation on a sensor. Its documentation is the help of the command line.
 #[derive(Clone, PartialEq, Eq, Debug, Subcommand, Deserialize)]

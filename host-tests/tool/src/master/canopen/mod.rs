@@ -76,7 +76,7 @@ pub fn tables(product: &Product) -> Option<&Tables> {
 }
 
 fn target(node: &str) -> Result<Target, Error> {
-    let node = super::number(&PROTOCOL, node)?;
+    let node = super::protocol::number(&PROTOCOL, node)?;
     Ok(Target::Canopen(Node(node)))
 }
 

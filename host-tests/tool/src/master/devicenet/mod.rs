@@ -66,7 +66,7 @@ pub fn tables(product: &Product) -> Option<&Tables> {
 }
 
 fn target(mac: &str) -> Result<Target, Error> {
-    let mac = super::number(&PROTOCOL, mac)?;
+    let mac = super::protocol::number(&PROTOCOL, mac)?;
     Ok(Target::Devicenet(Slave { mac }))
 }
 

@@ -68,7 +68,7 @@ fn told(link: &mut Link) -> Result<Vec<Target>, Error> {
 }
 
 fn target(address: &str) -> Result<Target, Error> {
-    let address = super::number(&PROTOCOL, address)?;
+    let address = super::protocol::number(&PROTOCOL, address)?;
     Ok(Target::J1939(Ca(address)))
 }
 

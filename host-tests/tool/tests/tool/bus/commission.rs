@@ -1,8 +1,11 @@
 //! `commission`: sensors as delivered on one bus, which a user switches on one after the other.
 
+mod fastscan;
+mod refused;
+
 use super::rig::{Ended, Rig, file};
 use bench::{Bus, BusRate, DeviceId};
-use plumbline::can::{BitRate, standard};
+use plumbline::can::BitRate;
 use plumbline::time::{after, millis};
 use serde_json::Value;
 use std::fs;
@@ -134,22 +137,6 @@ fn equal_sensors_of_two_products_get_the_settings_of_a_plan_in_turn() {
 }
 
 #[test]
-fn sensor_whose_zero_is_not_confirmed_stays_as_it_was() {
-    let (mut rig, ids) = rig(BusRate::Fixed(BitRate::K125), &[("jn2101", 7)]);
-    let plan = plan(&mut rig, "unconfirmed", PAIR);
-    switch_on(&mut rig, &ids, false);
-    rig.yes_to = Some("none of the questions");
-    let ended = commission(&mut rig, &plan, "");
-    assert_ne!(ended.code, 0, "{ended:?}");
-    assert!(ended.notes.contains("nothing has changed"), "{ended:?}");
-    assert_eq!(
-        rig.json("--rate 125 --node 10 get node-id")["node-id"]["value"],
-        10
-    );
-    assert_eq!(rig.json("--rate 125 --node 10 label")["label"], Value::Null);
-}
-
-#[test]
 fn serial_number_selects_the_sensor_of_the_plan() {
     let (mut rig, ids) = rig(
         BusRate::Fixed(BitRate::K125),
@@ -205,32 +192,6 @@ fn interrupted_commissioning_continues() {
 }
 
 #[test]
-fn wrong_plan_is_refused_before_a_frame_is_sent() {
-    let (mut rig, ids) = rig(BusRate::Fixed(BitRate::K125), &[("jn2101", 7)]);
-    switch_on(&mut rig, &ids, false);
-    let text = PAIR.replace("node-id = 12", "node-id = 1200");
-    let plan = plan(&mut rig, "wrong", &text);
-    let ended = commission(&mut rig, &plan, "");
-    assert_eq!(ended.code, 2, "{ended:?}");
-    assert!(ended.notes.contains("plan.toml line 9: 1200"), "{ended:?}");
-    let missing = plan.with_file_name("no-such.toml");
-    let ended = commission(&mut rig, &missing, "");
-    assert!(
-        ended.code == 4 && ended.notes.contains("takes a plan"),
-        "{ended:?}"
-    );
-    let state = plan.with_extension("state.toml");
-    fs::write(&plan, PAIR).expect("a file");
-    fs::write(&state, "nonsense").expect("a file");
-    let ended = commission(&mut rig, &plan, "");
-    assert!(
-        ended.code == 2 && ended.notes.contains("plan.state.toml"),
-        "{ended:?}"
-    );
-    assert_eq!(rig.witnessed(), []);
-}
-
-#[test]
 fn sensor_of_another_product_at_the_same_address_can_come_first() {
     let devices = [("is2", 8), ("is1", 7)];
     let (mut rig, ids) = rig(BusRate::Fixed(BitRate::K250), &devices);
@@ -249,75 +210,6 @@ fn sensor_of_another_product_at_the_same_address_can_come_first() {
         "is2 8 identifier 312h 250 kbit/s",
     ];
     assert_eq!(sensors(&ended), expected);
-}
-
-#[test]
-fn other_serial_number_of_a_finished_sensor_is_refused() {
-    let (mut rig, ids) = rig(BusRate::Fixed(BitRate::K125), &[("jn2101", 7)]);
-    let text = "[[sensor]]\nname = \"left\"\nproduct = \"jn2101\"\nparameters.node-id = 11\n";
-    let plan = plan(&mut rig, "finished", text);
-    switch_on(&mut rig, &ids, false);
-    assert_eq!(sensors(&commission(&mut rig, &plan, "--json")).len(), 1);
-    for (serial, code) in [(7, 0), (8, 2)] {
-        let text = text.replace("parameters", &format!("serial = {serial}\nparameters"));
-        fs::write(&plan, text).expect("a file");
-        let ended = commission(&mut rig, &plan, "");
-        assert_eq!(ended.code, code, "{serial}: {ended:?}");
-        assert_eq!(ended.notes.contains("was changed"), code > 0, "{ended:?}");
-    }
-}
-
-#[test]
-fn fastscan_that_is_stopped_leaves_no_node_in_configuration_mode() {
-    const RELEASE: [u8; 8] = [4, 0, 0, 0, 0, 0, 0, 0];
-    let (mut rig, ids) = rig(BusRate::Fixed(BitRate::K125), &[("ims360", 7)]);
-    let text = "[[sensor]]\nname = \"one\"\nproduct = \"ims360\"\nfind = \"fastscan\"\nparameters.node-id = 61\n";
-    let plan = plan(&mut rig, "stopped", text);
-    let mut bus = rig.bus.borrow_mut();
-    let now = bus.now();
-    bus.device_mut(ids[0]).power_on(now);
-    drop(bus);
-    rig.run(2000);
-    rig.stop = Some(60);
-    rig.witnessed();
-    let ended = commission(&mut rig, &plan, "");
-    assert_ne!(ended.code, 0, "{ended:?}");
-    let seen = rig.witnessed().into_iter();
-    let mut masters = seen.filter(|frame| frame.can_id() == standard(0x7E5).into());
-    let last = masters.next_back().expect("a request of fastscan");
-    assert!(masters.count() > 3, "{ended:?}");
-    assert_eq!(last.bytes(), RELEASE);
-}
-
-#[test]
-fn sensor_that_is_not_in_the_plan_is_not_changed() {
-    let (mut rig, ids) = rig(BusRate::Fixed(BitRate::K125), &[("jn2101", 9)]);
-    let text =
-        "[[sensor]]\nname = \"left\"\nproduct = \"jn2101\"\nserial = 7\nparameters.node-id = 11\n";
-    let plan = plan(&mut rig, "foreign", text);
-    switch_on(&mut rig, &ids, false);
-    let ended = commission(&mut rig, &plan, "");
-    assert_eq!(ended.code, 1, "{ended:?}");
-    assert!(ended.notes.contains("serial 9"), "{ended:?}");
-    assert_eq!(rig.json("--rate 125 get node-id")["node-id"]["value"], 10);
-}
-
-#[test]
-fn equal_sensors_that_are_on_together_are_refused() {
-    let (mut rig, ids) = rig(
-        BusRate::Fixed(BitRate::K125),
-        &[("jn2101", 7), ("jn2101", 8)],
-    );
-    let plan = plan(&mut rig, "twins", PAIR);
-    for id in ids {
-        let mut bus = rig.bus.borrow_mut();
-        let now = bus.now();
-        bus.device_mut(id).power_on(now);
-    }
-    let ended = commission(&mut rig, &plan, "");
-    assert_eq!(ended.code, 2, "{ended:?}");
-    assert!(ended.notes.contains("7 and 8"), "{ended:?}");
-    assert!(!plan.with_extension("state.toml").exists(), "{ended:?}");
 }
 
 #[test]
@@ -360,67 +252,6 @@ fn sensor_that_has_its_new_bit_rate_already_is_found_again() {
         };
         assert_eq!(sensors(&ended), ["one 7 node-ID 11 250 kbit/s"]);
     }
-}
-
-#[test]
-fn sensor_that_stays_on_is_not_taken_for_one_that_is_off() {
-    let (mut rig, ids) = rig(BusRate::Fixed(BitRate::K125), &[("jn2101", 7)]);
-    let plan = plan(&mut rig, "stays", &format!("alone = true\n{PAIR}"));
-    switch_on(&mut rig, &ids, false);
-    let ended = commission(&mut rig, &plan, "");
-    assert_eq!(ended.code, 2, "{ended:?}");
-    assert!(ended.notes.contains("left still answers"), "{ended:?}");
-}
-
-#[test]
-fn fastscan_finds_equal_sensors_that_are_on_together() {
-    let devices = [("ims360", 7), ("ims360", 8), ("ims360", 9)];
-    let (mut rig, ids) = rig(BusRate::Fixed(BitRate::K125), &devices);
-    let text = |name: &str, node: u8| {
-        format!(
-            "[[sensor]]\nname = \"{name}\"\nproduct = \"ims360\"\nfind = \"fastscan\"\nparameters.node-id = {node}\n"
-        )
-    };
-    let first = text("one", 61);
-    let plan = plan(&mut rig, "fastscan", &first);
-    for id in &ids {
-        let mut bus = rig.bus.borrow_mut();
-        let now = bus.now();
-        bus.device_mut(*id).power_on(now);
-    }
-    // The adapter fails after fastscan, and at other places before and after it.
-    for cut in [20, 150, 160, 170] {
-        rig.cut = Some(cut);
-        let ended = commission(&mut rig, &plan, "");
-        assert!([0, 4].contains(&ended.code), "{cut}: {ended:?}");
-    }
-    rig.cut = None;
-    assert_eq!(sensors(&commission(&mut rig, &plan, "--json")).len(), 1);
-    // The two others come later, beside the first one.
-    let all = format!("{first}{}{}", text("two", 62), text("three", 63));
-    fs::write(&plan, all).expect("a file");
-    let ended = commission(&mut rig, &plan, "--json");
-    let rows = sensors(&ended);
-    assert_eq!(rows.len(), 3, "{rows:?}");
-    for (row, node) in rows.iter().zip(61..) {
-        assert!(
-            row.ends_with(&format!(" node-ID {node} 125 kbit/s")),
-            "{rows:?}"
-        );
-    }
-    for id in &ids {
-        rig.bus.borrow_mut().power_cycle(*id);
-    }
-    rig.run(1000);
-    let mut serials = Vec::new();
-    for node in 61..64 {
-        let own = rig.json(&format!(
-            "--rate 125 --node {node} get identity-object-serial-number"
-        ));
-        serials.push(own["identity-object-serial-number"]["value"].as_u64());
-    }
-    serials.sort();
-    assert_eq!(serials, [Some(7), Some(8), Some(9)]);
 }
 
 #[test]

@@ -5,6 +5,7 @@
 #[cfg(unix)]
 mod bridge;
 mod command_line;
+mod document;
 mod exchange;
 #[cfg(unix)]
 mod mosquitto;

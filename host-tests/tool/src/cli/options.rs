@@ -1,0 +1,98 @@
+//! The options of all commands, and which command uses them.
+
+use super::Cli;
+use crate::known::{known, products, rates, text};
+use crate::master::Addresses;
+use crate::question::Name;
+use clap::{Args, CommandFactory};
+use plumbline::can::BitRate;
+use std::path::PathBuf;
+
+/// The options of all commands.
+#[derive(Clone, Debug, Default, Args)]
+pub struct Options {
+    /// The adapter: slcan://HOST:PORT, slcan:/dev/ttyACM0, can0 (Linux), usb or usb:SERIAL, pcan or pcan:USBBUS1, demo:PRODUCT
+    #[arg(long, global = true, env = "PLUMBLINE_PORT", value_name = "PORT")]
+    pub port: Option<String>,
+    /// The bit rate in kbit/s [default: listens for it]
+    #[arg(long, global = true, value_name = "KBITS", value_parser = known(bench::bit_rate, rates))]
+    pub rate: Option<BitRate>,
+    /// The address of the sensor
+    #[command(flatten)]
+    pub sensor: Addresses,
+    /// The product, if the sensor does not say it
+    #[arg(long, global = true, value_name = "NAME", value_parser = known(text, products))]
+    pub product: Option<String>,
+    /// The data sheet (EDS) of a CANopen or DeviceNet device that is not in the catalogue
+    #[arg(long, global = true, value_name = "FILE", conflicts_with = "product")]
+    pub eds: Option<PathBuf>,
+    /// The folder with the names of sensors [default: plumbline in the folder for settings of the user]
+    #[arg(
+        long,
+        global = true,
+        env = "PLUMBLINE_CONFIG",
+        value_name = "DIR",
+        hide_env_values = true
+    )]
+    pub config: Option<PathBuf>,
+    /// Print one JSON document
+    #[arg(long, global = true)]
+    pub json: bool,
+    /// Answer all questions with yes, or those with these names: --yes=zero,overwrite
+    #[arg(
+        long,
+        global = true,
+        value_name = "QUESTIONS",
+        num_args = 0..=1,
+        require_equals = true,
+        value_delimiter = ',',
+        default_missing_value = "all"
+    )]
+    pub yes: Vec<Name>,
+}
+
+/// The command line, in which the help of a command shows only the options that it uses.
+pub fn command() -> clap::Command {
+    let mut command = Cli::command();
+    // Gives the commands the options of all commands.
+    command.build();
+    command.mut_subcommands(|own| {
+        let unused = unused(own.get_name());
+        hide(own, unused).mut_subcommands(|part| hide(part, unused))
+    })
+}
+
+/// Hides these options of a command in its help.
+fn hide(command: clap::Command, unused: &[&str]) -> clap::Command {
+    command.mut_args(|option| {
+        let is_unused = unused.contains(&option.get_id().as_str());
+        let is_hidden = option.is_hide_set() || is_unused;
+        option.hide(is_hidden)
+    })
+}
+
+/// The options that a command does not use.
+fn unused(command: &str) -> &'static [&'static str] {
+    const ALL: [&str; 11] = [
+        "json", "yes", "config", "port", "rate", "id", "node", "mac", "address", "product", "eds",
+    ];
+    match command {
+        "completions" | "man" | "help" => &ALL,
+        "ports" => &ALL[1..],
+        "image" | "key" => &ALL[2..],
+        "calibrate" => &[
+            "config", "port", "rate", "id", "node", "mac", "address", "eds",
+        ],
+        "decode" => &["yes", "config", "port", "rate"],
+        "log" | "replay" => &["config"],
+        "commission" => &["id", "node", "mac", "address", "product", "eds"],
+        "doctor" | "send" => &["config", "id", "node", "mac", "address", "product", "eds"],
+        "bridge" => &["product", "eds"],
+        "scan" => &["id", "node", "mac", "address", "product", "eds"],
+        "node-id" => &["id", "mac", "address", "eds"],
+        "mac" => &["id", "node", "address", "eds"],
+        "address" => &["id", "node", "mac", "eds"],
+        "rate" | "zero" | "teach" | "align" => &["eds"],
+        _ => &[],
+    }
+}
