@@ -176,9 +176,57 @@ macro_rules! texts {
     (@page $english:literal, $page:literal) => { format!($page) };
 }
 
+/// Declares types that count things: `Name = "singular" "plural", "German singular" "German plural";`. Their text is the number with the
+/// noun. A sentence with one of them has no verb that depends on the number.
+#[macro_export]
+macro_rules! counted {
+    ($($(#[$meta:meta])* $name:ident = $one:literal $several:literal, $german:literal $germans:literal;)*) => {
+        $($(#[$meta])*
+        #[derive(Clone, Copy, PartialEq, Eq, Debug)]
+        pub struct $name(pub u64);
+
+        impl std::fmt::Display for $name {
+            fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+                let noun = if self.0 == 1 { $one } else { $several };
+                write!(f, "{} {noun}", self.0)
+            }
+        }
+
+        impl $crate::Text for $name {
+            fn german(&self) -> String {
+                let noun = if self.0 == 1 { $german } else { $germans };
+                format!("{} {noun}", self.0)
+            }
+        }
+
+        impl From<usize> for $name {
+            fn from(count: usize) -> Self {
+                Self(count as u64)
+            }
+        })*
+    };
+}
+
 #[cfg(test)]
 mod tests {
     use super::Text;
+
+    counted! {
+        Samples = "sample" "samples", "Messwert" "Messwerte";
+    }
+
+    #[test]
+    fn one_thing_has_the_singular_in_both_languages() {
+        for (count, english, german) in [
+            (0, "0 samples", "0 Messwerte"),
+            (1, "1 sample", "1 Messwert"),
+            (2, "2 samples", "2 Messwerte"),
+        ] {
+            let samples = Samples(count);
+            assert_eq!([samples.to_string(), samples.page()], [english, english]);
+            assert_eq!(Text::german(&samples), german);
+        }
+    }
 
     texts! {
         /// A time with its digits, or with as many as it has.

@@ -2,7 +2,7 @@
 
 import { Failure } from "./api.js";
 import { sentence } from "./failure.js";
-import { inLanguage, t } from "./texts.js";
+import { inLanguage, named, t } from "./texts.js";
 
 const element = (/** @type {string} */ id) => /** @type {any} */ (document.getElementById(id));
 
@@ -146,7 +146,7 @@ function field(place, wanted) {
   const input = document.createElement(wanted.choices?.length ? "select" : "input");
   input.id = "question-input";
   if (input instanceof HTMLSelectElement) {
-    input.append(...(wanted.choices ?? []).map((choice) => new Option(choice, choice)));
+    input.append(...(wanted.choices ?? []).map((choice) => new Option(named(choice), choice)));
   } else {
     input.required = !wanted.optional;
     input.autocomplete = "off";

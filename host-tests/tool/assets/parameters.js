@@ -5,7 +5,7 @@ import { get, post } from "./api.js";
 import { ask } from "./dialog.js";
 import { change, current, differences, refusal } from "./document.js";
 import { attempt, choice, element, fail, isReady, make, on, sensor, shown, state } from "./state.js";
-import { decimal, numbers, onLanguage, t } from "./texts.js";
+import { decimal, inLanguage, named, numbers, onLanguage, setNames, t } from "./texts.js";
 
 /**
  * @typedef {object} Entry
@@ -13,7 +13,7 @@ import { decimal, numbers, onLanguage, t } from "./texts.js";
  * @property {string} title
  * @property {string} kind
  * @property {string} unit
- * @property {string} range
+ * @property {import("./texts.js").Texts | null} ranges
  * @property {import("./state.js").Value | null} factory
  * @property {boolean} plusNode
  * @property {boolean} writable
@@ -23,7 +23,7 @@ import { decimal, numbers, onLanguage, t } from "./texts.js";
  *   file: (HTMLInputElement | HTMLSelectElement) | null, wrong: HTMLElement, mark: HTMLElement}} Row
  */
 
-/** @type {{product: string, entries: Entry[]} | null} */
+/** @type {{product: string, german: Record<string, string>, entries: Entry[]} | null} */
 let sheet = null;
 /** The pause between two values of the angles in ms. */
 const PAUSE = 400;
@@ -44,6 +44,7 @@ async function load() {
   const next = wanted ? await get(`api/parameters/${encodeURIComponent(wanted)}`) : null;
   if (asked !== wanted) return undefined;
   sheet = next;
+  setNames(sheet?.german ?? {});
   return build();
 }
 
@@ -51,6 +52,11 @@ async function load() {
 function words({ name, title }) {
   const [, kind, number] = name.match(/^([rt]pdo)(\d+)-/) ?? [];
   return kind ? `${kind.toUpperCase()} ${number}: ${title}` : title;
+}
+
+/** The permitted values. @param {Entry} entry */
+function range({ ranges }) {
+  return ranges ? numbers(inLanguage(ranges)) : "";
 }
 
 /** @param {Entry} entry @returns {Row} */
@@ -80,14 +86,14 @@ function row(entry) {
   const factory = entry.factory && entry.kind === "parameter" ? shown(entry.factory) : "";
   line.append(name, sensor, action, file,
     make("td", entry.plusNode && factory ? t("plus-node", factory) : factory, "value"),
-    make("td", numbers(entry.range || entry.unit), "range"));
+    make("td", range(entry) || entry.unit, "range"));
   return { line, entry, sensor, set, file: field, wrong, mark };
 }
 
 /** The field of the file. @param {Entry} entry @param {HTMLElement} wrong */
 function input(entry, wrong) {
   const field = document.createElement(entry.choices.length > 0 ? "select" : "input");
-  if (field instanceof HTMLSelectElement) field.append(...entry.choices.map(({ name }) => new Option(numbers(name), name)));
+  if (field instanceof HTMLSelectElement) field.append(...entry.choices.map(({ name }) => new Option(named(name), name)));
   else {
     field.autocomplete = "off";
     field.spellcheck = false;
@@ -120,7 +126,7 @@ async function write(entry) {
   const [present, own] = [state.values?.[entry.name], sensor()];
   await ask({
     title: t("set-title", entry.name), text: which(), yes: t("write"),
-    field: { label: t("value"), value: entry.choices.length > 0 ? choice(entry.choices, present) : present ? shown(present) : "", hint: numbers(entry.range),
+    field: { label: t("value"), value: entry.choices.length > 0 ? choice(entry.choices, present) : present ? shown(present) : "", hint: range(entry),
       choices: entry.choices.map(({ name }) => name) },
     checks: state.device?.protocol === "devicenet" ? [] : [t("also-save")],
   }, ({ value, checked }) => post("api/run", { set: { assignments: [`${entry.name}=${value}`], save: checked[0] ?? false } }, own));

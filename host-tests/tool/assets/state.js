@@ -1,7 +1,7 @@
 // What the server has told, for all parts of the page.
 
 import { TAB } from "./api.js";
-import { numbers } from "./texts.js";
+import { named, numbers } from "./texts.js";
 
 /**
  * @typedef {{value: number | string, unit: string, raw: number}} Value
@@ -70,7 +70,7 @@ export function sensor() {
 /** A value with its unit, which the name of a choice can contain. @param {Value | null | undefined} value @returns {string} */
 export function shown(value) {
   if (value === null || value === undefined) return "-";
-  const text = typeof value.value === "number" ? numbers(String(value.value)) : String(value.value);
+  const text = typeof value.value === "number" ? numbers(String(value.value)) : value.raw === undefined ? String(value.value) : named(String(value.value));
   return text.endsWith(` ${value.unit}`) ? text : `${text} ${value.unit}`.trim();
 }
 

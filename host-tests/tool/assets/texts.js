@@ -42,6 +42,19 @@ export function decimal(value, digits) {
   return numbers(value.toFixed(digits));
 }
 
+/** The German names of values of the present sheet, by the English ones. @type {Record<string, string>} */
+let names = {};
+
+/** @param {Record<string, string>} german */
+export function setNames(german) {
+  names = german;
+}
+
+/** The name of a value in the language of the page. The program takes both. @param {string} text */
+export function named(text) {
+  return numbers((language === "de" && names[text]) || text);
+}
+
 /** Calls it now and after each change of the language. @param {() => void} listener */
 export function onLanguage(listener) {
   listeners.push(listener);

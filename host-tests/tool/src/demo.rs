@@ -143,6 +143,12 @@ pub struct Paced {
 }
 
 impl Paced {
+    /// Drops the late frames, as an adapter drops all frames that wait.
+    fn drop_late(&mut self) {
+        self.late.clear();
+        self.stand_in.from_sensor.clear();
+    }
+
     /// The next frame that the faults of the stand-in do not hold back.
     fn passed(&mut self, until: Instant) -> Result<Option<(Instant, Frame)>, AdapterError> {
         loop {
@@ -175,10 +181,12 @@ impl Adapter for Paced {
     }
 
     fn open(&mut self, rate: Option<BitRate>, mode: Mode) -> Result<(), AdapterError> {
+        self.drop_late();
         self.adapter.open(rate, mode)
     }
 
     fn close(&mut self) {
+        self.drop_late();
         self.adapter.close();
     }
 
@@ -210,5 +218,42 @@ impl Adapter for Paced {
 
     fn stand_in(&mut self) -> Option<&mut dyn Any> {
         Some(&mut self.stand_in)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use plumbline::can::CanId;
+    use virtual_sensor::server::{Request, Side};
+
+    #[test]
+    fn late_frame_does_not_survive_a_new_connection() {
+        let mut adapter = unpaced("is2").expect("a sensor");
+        let request = Frame::of(CanId::standard(0x300), [0x04, 0, 0, 0, 0, 0, 0, 0], 1);
+        let mut answers = |closes: bool| {
+            adapter.open(None, Mode::Active).expect("it opens");
+            // The first one is answered after the boot-up messages.
+            adapter.send(&request).expect("it is sent");
+            let booted = after(adapter.now(), millis(1000));
+            while adapter.receive(booted).expect("an adapter").is_some() {}
+            let late = Request::Delay {
+                count: 1,
+                from: Side::Sensors,
+                identifier: Some("301".to_owned()),
+                seconds: 0.2,
+            };
+            adapter.stand_in.perform(late).expect("a fault");
+            adapter.send(&request).expect("it is sent");
+            let early = after(adapter.now(), millis(100));
+            assert_eq!(adapter.receive(early), Ok(None));
+            if closes {
+                adapter.close();
+                adapter.open(None, Mode::Active).expect("it opens");
+            }
+            let until = after(adapter.now(), millis(500));
+            adapter.receive(until).expect("an adapter").is_some()
+        };
+        assert_eq!([answers(false), answers(true)], [true, false]);
     }
 }

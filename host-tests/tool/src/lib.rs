@@ -5,7 +5,7 @@
 //! - [`demo`]: the adapter with a virtual sensor; the others are in the crate `adapter`
 //! - [`link`]: an adapter with a count of its frames; one request, one answer
 //! - [`master`]: the master of each protocol, one folder for each
-//! - [`sheet`], [`number`], [`resolve`]: the names and values of a product, made from the tables of the core
+//! - [`sheet`], [`number`], [`resolve`]: the names and values of a product, made from the tables of the core; [`meaning`]: in German
 //! - [`eds`]: the same from the data sheet of a device that is not in the catalogue
 //! - [`identify`], [`connect`], [`session`]: which product answers, and a session with it
 //! - [`backup`], [`plan`]: the file with the settings, and the order in which they are written
@@ -17,7 +17,7 @@
 //! - [`serve`]: the page in the browser
 //! - [`ops`]: the operations on a sensor, for the command line and the page
 //! - [`command`]: the commands; [`cli`]: the command line; [`output`], [`bar`], [`question`]: the terminal
-//! - [`error`]: exit codes and messages; [`note`]: what else the user must know
+//! - [`error`]: exit codes and messages; [`note`]: what else the user must know; [`counted`]: numbers of things in them
 //!
 //! Nothing about a parameter is known here. Names, types, units, ranges and factory values come from the catalogue of the core.
 
@@ -27,6 +27,7 @@ pub mod calibrate;
 pub mod cli;
 pub mod command;
 pub mod connect;
+pub mod counted;
 pub mod cyclic;
 pub mod decode;
 pub mod demo;
@@ -39,6 +40,7 @@ pub mod labels;
 pub mod last;
 pub mod link;
 pub mod master;
+pub mod meaning;
 pub mod note;
 pub mod number;
 pub mod ops;

@@ -1,5 +1,6 @@
 //! What a user must know beside the result of a command, and the steps of a scan.
 
+use crate::counted::{Entries, Errors, Frames, Lines, OfSamples, Samples};
 use crate::error::{Differing, Error};
 use adapter::unread::Unread;
 use plumbline::can::BitRate;
@@ -51,16 +52,16 @@ texts! {
         FoundNow(line: String) = "this line finds the sensor now: {line}", "diese Zeile findet den Sensor jetzt: {line}";
         FoundAfterRestart(line: String) = "this line finds the sensor after its next restart: {line}",
             "diese Zeile findet den Sensor nach seinem nächsten Neustart: {line}";
-        Unread(count: u64, first: String) = "the adapter has sent {count} lines that are not slcan, the first is {first:?}: frames are missing. Check its firmware and the settings of its port",
-            "der Adapter hat {count} Zeilen gesendet, die kein slcan sind, die erste ist {first:?}: Frames fehlen. Prüfen Sie seine Firmware und die Einstellungen seines Anschlusses";
-        LostFrames(count: u64) = "the adapter has lost at least {count} frames: stop other programs, or use an adapter with a larger queue",
-            "der Adapter hat mindestens {count} Frames verloren: Beenden Sie andere Programme, oder verwenden Sie einen Adapter mit größerem Puffer";
-        OtherLines(count: u64) = "{count} lines of the log have no frame of classical CAN and are left out",
-            "{count} Zeilen des Protokolls haben keinen Frame von klassischem CAN und sind weggelassen";
+        Unread(count: Lines, first: String) = "the adapter has sent {count} not in the format of slcan, the first is {first:?}: frames are missing. Check its firmware and the settings of its port",
+            "der Adapter hat {count} nicht im Format von slcan gesendet, die erste ist {first:?}: Frames fehlen. Prüfen Sie seine Firmware und die Einstellungen seines Anschlusses";
+        LostFrames(count: Frames) = "the adapter has lost at least {count}: stop other programs, or use an adapter with a larger queue",
+            "der Adapter hat mindestens {count} verloren: Beenden Sie andere Programme, oder verwenden Sie einen Adapter mit größerem Puffer";
+        OtherLines(count: Lines) = "left out: {count} of the log without a frame of classical CAN",
+            "weggelassen: {count} des Protokolls ohne Frame von klassischem CAN";
         NoAdapter = "this computer has no adapter that plumbline can use: plug one in, or try demo:is2",
             "dieser Computer hat keinen Adapter für plumbline: Stecken Sie einen an, oder versuchen Sie demo:is2";
-        EntriesNotShown(count: usize) = "{count} entries of the data sheet have types that plumbline does not show, or no object that they belong to",
-            "{count} Einträge des Datenblatts haben Typen, die plumbline nicht zeigt, oder kein Objekt, zu dem sie gehören";
+        EntriesNotShown(count: Entries) = "left out: {count} of the data sheet with a type that plumbline does not show, or without an object",
+            "weggelassen: {count} des Datenblatts mit einem Typ, den plumbline nicht zeigt, oder ohne Objekt";
         LineIgnored(line: usize) = "line {line} of the data sheet is no section, entry or comment and is ignored",
             "Zeile {line} des Datenblatts ist weder Abschnitt noch Eintrag noch Kommentar und wird nicht beachtet";
         LinesIgnored(line: usize, more: usize) = "line {line} (and {more} more) of the data sheet is no section, entry or comment and is ignored",
@@ -84,9 +85,9 @@ texts! {
             "der Sensor hat 1 s lang nicht geantwortet: {cause}. Der Befehl geht weiter; Strg-C beendet ihn";
         CheckWiring = "check power and wiring", "Prüfen Sie Versorgung und Verdrahtung";
         Answers = "the sensor answers again", "der Sensor antwortet wieder";
-        LostSamples(lost: u64, all: u64) = "{lost} of {all} samples lost", "{lost} von {all} Messwerten verloren";
-        NoValue(count: u64) = "{count} samples have an empty value: the sensor sent no valid angle, or the angle does not fit in 16 bits at this resolution (in this case set resolution, or leave out --cyclic)",
-            "{count} Messwerte haben einen leeren Wert: Der Sensor hat keinen gültigen Winkel gesendet, oder der Winkel passt bei dieser Auflösung nicht in 16 Bits (dann setzen Sie resolution, oder lassen Sie --cyclic weg)";
+        LostSamples(lost: u64, all: OfSamples) = "{lost} of {all} lost", "{lost} von {all} verloren";
+        NoValue(count: Samples) = "{count} with an empty value: the sensor sent no valid angle, or the angle does not fit in 16 bits at this resolution (in this case set resolution, or leave out --cyclic)",
+            "{count} mit leerem Wert: Der Sensor hat keinen gültigen Winkel gesendet, oder der Winkel passt bei dieser Auflösung nicht in 16 Bits (dann setzen Sie resolution, oder lassen Sie --cyclic weg)";
         CounterRestarted = "the counter of the sensor started again: was the sensor off? The lost samples of this time are calculated from the time",
             "der Zähler des Sensors hat neu begonnen: War der Sensor aus? Die verlorenen Messwerte dieser Zeit sind aus der Zeit berechnet";
         NotPutBack = "the settings of the sensor for --cyclic could not be put back. They are not stored: switch the sensor off and on, then it has its previous settings",
@@ -114,24 +115,24 @@ texts! {
         SettingsDiffer(differing: Differing, path: String) = "{differing} from {path}: `plumbline restore` writes the file again",
             "{differing} als in {path}: `plumbline restore` schreibt die Datei wieder";
         SendsOnce(frame: String) = "sends {frame} once", "sendet {frame} einmal";
-        Replays(count: usize, path: String, time: f64) = "sends {count} frames of {path} in {time:.1} s", "sendet {count} Frames von {path} in {time:.1} s";
-        ReplaysAgain(count: usize, path: String, time: f64) = "sends {count} frames of {path} again and again, each time in {time:.1} s",
-            "sendet {count} Frames von {path} immer wieder, jedes Mal in {time:.1} s";
+        Replays(count: Frames, path: String, time: f64) = "sends {count} of {path} in {time:.1} s", "sendet {count} von {path} in {time:.1} s";
+        ReplaysAgain(count: Frames, path: String, time: f64) = "sends {count} of {path} again and again, each time in {time:.1} s",
+            "sendet {count} von {path} immer wieder, jedes Mal in {time:.1} s";
         SendsEvery(frame: String, every: u32) = "sends {frame} every {every} ms", "sendet {frame} alle {every} ms";
-        NotSentInTime(count: u64) = "{count} frames were left out, because the bus or the computer was too slow for them",
-            "{count} Frames wurden ausgelassen, weil der Bus oder der Computer zu langsam für sie war";
-        BusErrors(count: u64) = "the adapter has reported at least {count} errors of the bus, so frames can be missing: check bit rate, wiring, terminators, and whether another device is on the bus",
-            "der Adapter hat mindestens {count} Fehler des Busses gemeldet, also können Frames fehlen: Prüfen Sie Bitrate, Verdrahtung und Abschlusswiderstände, und ob ein anderes Gerät am Bus ist";
+        NotSentInTime(count: Frames) = "left out: {count}, because the bus or the computer was too slow",
+            "ausgelassen: {count}, weil der Bus oder der Computer zu langsam war";
+        BusErrors(count: Errors) = "the adapter has reported at least {count} of the bus, so frames can be missing: check bit rate, wiring, terminators, and whether another device is on the bus",
+            "der Adapter hat mindestens {count} des Busses gemeldet, also können Frames fehlen: Prüfen Sie Bitrate, Verdrahtung und Abschlusswiderstände, und ob ein anderes Gerät am Bus ist";
         BrokerConnected(url: String) = "connected with {url}", "verbunden mit {url}";
         BrokerAway(url: String, reason: String, seconds: u64) = "no connection with {url} ({reason}): samples are kept, next try in {seconds} s",
             "keine Verbindung mit {url} ({reason}): Die Messwerte werden aufgehoben, nächster Versuch in {seconds} s";
-        RecordsLost(count: u64) = "{count} samples are lost, because the broker was away for too long: give more room with --buffer-size",
-            "{count} Messwerte sind verloren, weil der Broker zu lange fort war: Geben Sie mit --buffer-size mehr Platz";
-        DiskFull(count: u64, path: String) = "{count} samples are lost, because the disk of {path} is full: the next ones are kept as soon as it has space",
-            "{count} Messwerte sind verloren, weil die Platte von {path} voll ist: Die nächsten werden behalten, sobald sie Platz hat";
+        RecordsLost(count: Samples) = "lost: {count}, because the broker was away for too long: give more room with --buffer-size",
+            "verloren: {count}, weil der Broker zu lange fort war: Geben Sie mit --buffer-size mehr Platz";
+        DiskFull(count: Samples, path: String) = "lost: {count}, because the disk of {path} is full: the next ones are kept as soon as it has space",
+            "verloren: {count}, weil die Platte von {path} voll ist: Die nächsten werden behalten, sobald sie Platz hat";
         BufferDamaged(path: String) = "a file in {path} is damaged or deleted: the samples behind the damage are lost", "eine Datei in {path} ist beschädigt oder gelöscht: Die Messwerte hinter der Beschädigung sind verloren";
-        RecordsLeft(count: u64, path: String) = "{count} samples are in {path}: the next start delivers them",
-            "{count} Messwerte sind in {path}: Der nächste Start liefert sie";
+        RecordsLeft(count: Samples, path: String) = "the next start delivers {count} from {path}",
+            "der nächste Start liefert {count} aus {path}";
         NotSynchronised(path: String, reason: String) = "{path} cannot be written to the disk ({reason}): samples can be lost at a power cut",
             "{path} lässt sich nicht auf die Platte schreiben ({reason}): Bei einem Stromausfall können Messwerte verloren gehen";
         SensorLost(sensor: String) = "{sensor}: does not answer any more", "{sensor}: antwortet nicht mehr";
@@ -146,7 +147,7 @@ texts! {
         NothingSent = "nothing was sent", "nichts wurde gesendet";
         OnlyAcknowledged = "nothing was sent, but the messages of other devices were acknowledged",
             "nichts wurde gesendet, aber die Nachrichten anderer Geräte wurden bestätigt";
-        Sent(count: u64, at: At) = "sent {count} frames at {at}", "{count} Frames bei {at} gesendet";
+        Sent(count: Frames, at: At) = "sent {count} at {at}", "{count} bei {at} gesendet";
     }
 }
 
@@ -154,7 +155,7 @@ impl Note {
     /// What the adapter says and the tool cannot read; None: every line was read.
     pub fn unread(unread: &Unread) -> Option<Self> {
         let count = unread.count();
-        (count > 0).then(|| Self::Unread(count, unread.first()))
+        (count > 0).then(|| Self::Unread(Lines(count), unread.first()))
     }
 }
 
@@ -163,9 +164,9 @@ texts! {
     Step {
         Switch = "switch the sensor off and on now: it then tells its address",
             "schalten Sie den Sensor jetzt aus und ein: Dann nennt er seine Adresse";
-        Listened(at: At, time: u64, frames: usize) = "listened at {at} for {time} ms: {frames} frames",
-            "bei {at} {time} ms gehört: {frames} Frames";
-        Counted(step: Box<Step>, errors: u64) = "{step}, {errors} errors", "{step}, {errors} Fehler";
+        Listened(at: At, time: u64, frames: Frames) = "listened at {at} for {time} ms: {frames}",
+            "bei {at} {time} ms gehört: {frames}";
+        Counted(step: Box<Step>, errors: Errors) = "{step}, {errors}", "{step}, {errors}";
         Waits(step: Box<Step>) = "{step} - switch the sensor off and on now: it then tells its address",
             "{step} - schalten Sie den Sensor jetzt aus und ein: Dann nennt er seine Adresse";
         Numbered(done: usize, total: usize, step: Box<Step>) = "[{done:2}/{total}] {step}", "[{done:2}/{total}] {step}";
@@ -173,7 +174,7 @@ texts! {
         DeliveredAgain(at: At) = "asking at the addresses as delivered again, with more time ({at})",
             "fragt bei {at} noch einmal auf den Adressen wie geliefert, mit mehr Zeit";
         Everybody(at: At) = "asking at all node-IDs and MAC IDs ({at})", "fragt bei {at} auf allen Node-IDs und MAC IDs";
-        Examines(frames: u64) = "listening: {frames} frames", "hört: {frames} Frames";
+        Examines(frames: Frames) = "listening: {frames}", "hört: {frames}";
         Moves(spread: f64) = "the sensor is not at rest: spread {spread:.2} deg in 3 s", "der Sensor ist nicht in Ruhe: Streuung {spread:.2} deg in 3 s";
         NoAngleYet = "the sensor has no valid angle for 3 s without a break", "der Sensor hat nicht 3 s lang einen gültigen Winkel";
         Downloads(version: String) = "loading version {version} into the sensor", "lädt die Version {version} in den Sensor";

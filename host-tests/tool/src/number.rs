@@ -10,6 +10,7 @@ pub use scale::Scale;
 use crate::error::{Meant, NumberError};
 use crate::known::meant;
 use crate::master::fsc::request::shown;
+use crate::meaning::{Language, Named, german};
 use crate::sheet::{Entry, Form};
 use plumbline::can::CanId;
 use plumbline::param::{DataType, Meaning, Permitted};
@@ -19,12 +20,21 @@ use serde_json::{Number, Value, json};
 impl Entry {
     /// The value of raw bytes as text with its unit, for example `1.25 deg`.
     pub fn text(&self, raw: u32) -> String {
+        self.text_in(raw, |name| name)
+    }
+
+    /// The same for texts in both languages.
+    pub fn named_text(&self, raw: u32) -> Named {
+        Named::of(|language| self.text_in(raw, language))
+    }
+
+    fn text_in(&self, raw: u32, language: Language) -> String {
         match self.form {
             Form::Identifier => shown(CanId::from_bits(raw)),
             Form::Hexadecimal if raw > 9 => format!("{raw:X}h"),
             Form::Version => version(raw),
             Form::Decimal | Form::Hexadecimal => match self.meaning(raw) {
-                Some(name) => name.to_owned(),
+                Some(name) => language(name).to_owned(),
                 None => self.scale.with_unit(self.data_type.value(raw)),
             },
         }
@@ -141,10 +151,13 @@ impl Entry {
     /// The number of a name, or a number that is permitted. A number that is both is ambiguous.
     fn named(&self, text: &str) -> Result<i64, NumberError> {
         let names = || {
-            let names = self.meanings.iter().map(|(_, name)| *name);
-            names.collect::<Vec<_>>().join(", ")
+            Named::of(|language| {
+                let names = self.meanings.iter().map(|(_, name)| language(name));
+                names.collect::<Vec<_>>().join(", ")
+            })
         };
         let found = |is: &dyn Fn(&str) -> bool| -> Vec<u32> {
+            let is = |name: &'static str| is(name) || is(german(name));
             let rows = self.meanings.iter().filter(|(_, name)| is(name));
             rows.map(|(number, _)| *number).collect()
         };
@@ -221,14 +234,18 @@ impl Entry {
     }
 
     /// The permitted values as text.
-    pub fn range(&self) -> String {
+    pub fn range(&self) -> Named {
+        Named::of(|language| self.range_in(language))
+    }
+
+    pub(crate) fn range_in(&self, language: Language) -> String {
         if self.data_type == DataType::Text {
-            return "a text".to_owned();
+            return language("a text").to_owned();
         }
         if !self.meanings.is_empty() {
             let names = self.meanings.iter().map(|(number, name)| match *name {
                 "" => number.to_string(),
-                name => format!("{name} ({number})"),
+                name => format!("{} ({number})", language(name)),
             });
             return names.collect::<Vec<_>>().join(", ");
         }
@@ -238,7 +255,9 @@ impl Entry {
                 let numbers = numbers.iter().map(|number| self.text(*number));
                 return numbers.collect::<Vec<_>>().join(", ");
             }
-            Permitted::Ranges(ranges) if !ranges.text.is_empty() => return ranges.text.to_owned(),
+            Permitted::Ranges(ranges) if !ranges.text.is_empty() => {
+                return language(ranges.text).to_owned();
+            }
             Permitted::Ranges(ranges) => {
                 let texts = ranges.ranges.iter();
                 let texts = texts.map(|(low, high)| match low == high {

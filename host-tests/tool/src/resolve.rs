@@ -2,6 +2,7 @@
 
 use crate::error::{Error, NumberError, RequestError};
 use crate::known::meant;
+use crate::meaning::Named;
 use crate::sheet::{Entry, Sheet, kebab};
 
 /// The entries that a name means: one entry, or the entries of a group.
@@ -80,16 +81,16 @@ pub fn assignments<'a>(sheet: &'a Sheet, text: &str) -> Result<Vec<Assignment<'a
         let Some(place) = left.iter().position(fits) else {
             let mut wrong = left.iter().filter_map(|entry| entry.parse(part).err());
             let wrong = wrong.find(NumberError::is_out_of_range);
-            let names: Vec<String> = group
-                .iter()
-                .map(|entry| format!("{} ({})", entry.name, entry.range()))
-                .collect();
             if let Some(wrong) = wrong {
                 return Err(wrong.into());
             }
-            return Err(
-                NumberError::FitsNone(name.to_owned(), part.to_owned(), names.join("; ")).into(),
-            );
+            let names = Named::of(|language| {
+                let names = group.iter();
+                let names =
+                    names.map(|entry| format!("{} ({})", entry.name, entry.range_in(language)));
+                names.collect::<Vec<_>>().join("; ")
+            });
+            return Err(NumberError::FitsNone(name.to_owned(), part.to_owned(), names).into());
         };
         taken.push((left.remove(place), part.trim().to_owned()));
     }

@@ -1,6 +1,7 @@
 //! Samples of the angles, by polling: the settings of the sensor stay as they are. In J1939 they are in the group SSI2, which the sensor
 //! broadcasts, or sends on request.
 
+use crate::counted::{OfSamples, Samples};
 use crate::error::{Error, RequestError};
 use crate::note::Note;
 use crate::number::Scale;
@@ -304,8 +305,8 @@ impl Sampler {
 
     /// What the user must know of the samples at the end: values that are not valid, and the missing samples.
     pub fn summary(&self) -> Vec<Note> {
-        let lost = Note::LostSamples(self.lost, self.printed + self.lost);
-        let invalid = (self.invalid > 0).then_some(Note::NoValue(self.invalid));
+        let lost = Note::LostSamples(self.lost, OfSamples(self.printed + self.lost));
+        let invalid = (self.invalid > 0).then_some(Note::NoValue(Samples(self.invalid)));
         invalid.into_iter().chain([lost]).collect()
     }
 }

@@ -201,7 +201,7 @@ impl Sheet {
             Relation::AtMost { high, number, .. }
                 if second == u32::from(number) && first > u32::from(high) =>
             {
-                let (limit, with) = (one.text(high.into()), other.text(second));
+                let (limit, with) = (one.text(high.into()), other.named_text(second));
                 let (name, other) = (one.name.clone(), other.name.clone());
                 Some(NumberError::AtMost(name, limit, other, with))
             }

@@ -28,7 +28,7 @@ mod status;
 pub mod tcp;
 
 pub use clock::Clock;
-pub use control::{MemoryFault, Request, Side, Topic, Unit};
+pub use control::{MemoryFault, Refused, Request, Side, Topic, Unit};
 pub use event::{Events, Language};
 pub use log::Log;
 pub use outside::Outside;

@@ -12,6 +12,7 @@ use crate::ops::bridge::address::{Address, Credentials, Files, transport};
 use crate::ops::bridge::agopengps::AgOpenGps;
 use crate::ops::bridge::broker::{Broker, Wanted};
 use crate::ops::bridge::fleet::Fleet;
+use crate::ops::bridge::known::Known;
 use crate::ops::bridge::queue::Queue;
 use crate::ops::bridge::topics::{Topics, bus_of};
 use crate::ops::bridge::{Mqtt, Outputs, Roll, run};
@@ -43,19 +44,28 @@ pub(super) fn bridge(wanted: &Bridge, bus: &mut Bus, terminal: &mut Terminal) ->
     let (rate, found) = search(&lease, wanted.active, bus, terminal)?;
     let is_open = bus.options.sensor.target()?.is_none();
     let every = millis(wanted.every);
-    let fleet = Fleet::new(lease, rate, found, is_open, every, terminal)?;
+    let earlier = prepared.as_ref().map(|own| own.topics.makers(&own.known));
+    let earlier = earlier.unwrap_or_default();
+    let fleet = Fleet::new(lease, (rate, found), earlier, is_open, every, terminal)?;
     let roll = to.map(|to| Roll::new(to, &fleet, wanted.axis.as_deref()));
     let roll = roll.transpose()?;
-    let mqtt = prepared.map(|(connection, topics, queue, buffer)| {
-        let url = connection.address.to_string();
-        let broker = Broker::start(connection, queue)?;
-        Mqtt::new(broker, url, topics, buffer)
+    let mqtt = prepared.map(|own| -> Result<Mqtt, Error> {
+        let url = own.connection.address.to_string();
+        let broker = Broker::start(own.connection, own.queue)?;
+        Ok(Mqtt::new(broker, url, own.topics, own.buffer, own.known))
     });
     let mqtt = mqtt.transpose()?;
     run(fleet, Outputs { mqtt, roll }, time, terminal)
 }
 
-type Prepared = (Wanted, Topics, Queue, PathBuf);
+/// What a connection with a broker needs.
+struct Prepared {
+    connection: Wanted,
+    topics: Topics,
+    queue: Queue,
+    buffer: PathBuf,
+    known: Known,
+}
 
 /// Checks what a connection with a broker needs.
 fn prepare(url: &str, wanted: &Bridge, bus: &Bus) -> Result<Prepared, Error> {
@@ -82,7 +92,14 @@ fn prepare(url: &str, wanted: &Bridge, bus: &Bus) -> Result<Prepared, Error> {
     let buffer = wanted.buffer.clone().or_else(usual);
     let buffer = buffer.ok_or(BrokerError::NoFolder)?;
     let queue = Queue::open(&buffer, u64::from(wanted.buffer_size) << 20)?;
-    Ok((connection, topics, queue, buffer))
+    let known = Known::open(&buffer)?;
+    Ok(Prepared {
+        connection,
+        topics,
+        queue,
+        buffer,
+        known,
+    })
 }
 
 /// The sensor at the address of the options, or all sensors on the bus; and the bit rate.

@@ -4,6 +4,7 @@ use super::watch::unwritten;
 use crate::cli::Options;
 use crate::cli::frames::Shown;
 use crate::connect;
+use crate::counted::{Frames, Lines};
 use crate::decode::database::Database;
 use crate::decode::filter::Filter;
 use crate::decode::list::List;
@@ -142,7 +143,7 @@ pub(super) fn decode(path: &Path, mut view: View, terminal: &mut Terminal) -> Re
         print_list(list, terminal)?;
     }
     if others > 0 {
-        terminal.note(&Note::OtherLines(others));
+        terminal.note(&Note::OtherLines(Lines(others)));
     }
     Ok(())
 }
@@ -264,7 +265,8 @@ pub(super) fn log(
     }
     if let Some(mut file) = file {
         file.flush().map_err(|error| unwritten(path, &error))?;
-        terminal.line(format!("{count} frames are in {}", path.display()))?;
+        let frames = Frames(count);
+        terminal.line(format!("recorded {frames} in {}", path.display()))?;
         let file = path.display().to_string();
         let mut document = json!({"file": file, "frames": count, "lost": lost});
         if let Some(list) = &view.list {
@@ -273,7 +275,7 @@ pub(super) fn log(
         terminal.document(&document)?;
     }
     if let Some(lost @ 1..) = lost {
-        terminal.note(&Note::LostFrames(lost));
+        terminal.note(&Note::LostFrames(Frames(lost)));
     }
     Ok(())
 }

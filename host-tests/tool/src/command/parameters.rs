@@ -26,7 +26,7 @@ pub(super) fn list(sheet: &Sheet, terminal: &mut Terminal) -> Result<(), Error> 
             false => entry.text(factory),
         });
         let range = if entry.writable {
-            entry.range()
+            entry.range().to_string()
         } else {
             String::new()
         };

@@ -1,6 +1,7 @@
 //! `record`: the samples as CSV. The first sample replaces an earlier recording; without one the file stays as it was.
 
 use super::watch::{self, Pace, unwritten};
+use crate::counted::Samples;
 use crate::error::Error;
 use crate::output::Terminal;
 use crate::sample::Sampler;
@@ -100,7 +101,7 @@ pub(super) fn record(
         },
     )?;
     csv.flush()?;
-    let recorded = sampler.printed;
-    terminal.line(format!("{recorded} samples are in {}", path.display()))?;
+    let samples = Samples(sampler.printed);
+    terminal.line(format!("recorded {samples} in {}", path.display()))?;
     watch::summarize(session, &sampler, terminal)
 }

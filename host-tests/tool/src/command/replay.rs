@@ -4,6 +4,7 @@ use super::log::View;
 use super::sender::Sender;
 use crate::cli::Options;
 use crate::cli::frames::{self, Shown};
+use crate::counted::Lines;
 use crate::decode::log::each;
 use crate::error::Error;
 use crate::note::Note;
@@ -35,7 +36,7 @@ pub(super) fn read(
         Ok(())
     })?;
     if others > 0 {
-        terminal.note(&Note::OtherLines(others));
+        terminal.note(&Note::OtherLines(Lines(others)));
     }
     recording.finish(replay.file.display().to_string())
 }
@@ -53,8 +54,8 @@ pub(super) fn replay(
     let path = replay.file.display().to_string();
     let (count, time) = (round.count(), round.length() as f64 / replay.speed / 1e6);
     terminal.note(&match replay.repeats {
-        true => Note::ReplaysAgain(count, path, time),
-        false => Note::Replays(count, path, time),
+        true => Note::ReplaysAgain(count.into(), path, time),
+        false => Note::Replays(count.into(), path, time),
     });
     let mut frames = Replay::new(round, replay.speed, replay.repeats, sender.now());
     let result = sender.send_all(&mut frames);

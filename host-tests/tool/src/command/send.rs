@@ -2,6 +2,7 @@
 
 use super::sender::Sender;
 use crate::cli::frames::{Sending, Sent};
+use crate::counted::Frames;
 use crate::error::{Error, Fault, FileError};
 use crate::note::Note;
 use crate::ops::transmit::{self, Item, List};
@@ -60,7 +61,7 @@ pub(super) fn send(
     let result = sender.send_all(&mut list);
     let left_out = list.lines().iter().map(|line| line.left_out).sum();
     if left_out > 0 {
-        terminal.note(&Note::NotSentInTime(left_out));
+        terminal.note(&Note::NotSentInTime(Frames(left_out)));
     }
     sender.finish(result, terminal)
 }

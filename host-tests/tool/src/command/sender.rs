@@ -1,6 +1,7 @@
 //! Sends frames at their times, not faster than the bus can carry them.
 
 use super::log::rate_of;
+use crate::counted::{self, Errors};
 use crate::error::Error;
 use crate::link::Link;
 use crate::note::{At, Note};
@@ -100,7 +101,7 @@ impl Sender {
         result: Result<(), Error>,
         terminal: &mut Terminal,
     ) -> Result<(), Error> {
-        let told = Note::Sent(self.count, At::from(self.link.rate()));
+        let told = Note::Sent(counted::Frames(self.count), At::from(self.link.rate()));
         if result.is_err() {
             terminal.note(&told);
             return result;
@@ -109,7 +110,7 @@ impl Sender {
         let errors = self.link.adapter().errors();
         self.link.close();
         if let Some(errors @ 1..) = errors {
-            terminal.note(&Note::BusErrors(errors));
+            terminal.note(&Note::BusErrors(Errors(errors)));
         }
         terminal.line(told.to_string())?;
         terminal.document(&json!({"sent": self.count}))

@@ -35,7 +35,7 @@ impl StandIn {
     /// # Errors
     /// It is another request, or not possible. Then nothing has changed.
     pub fn perform(&mut self, request: Request) -> Result<(), Error> {
-        let refused = |why: String| Error::from(PageError::StandIn(why));
+        let refused = |why| Error::from(PageError::StandIn(why));
         let mut memory = self.memory;
         match request {
             Request::Lose {

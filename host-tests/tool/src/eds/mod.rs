@@ -279,7 +279,7 @@ pub fn note_losses(sheet: &Sheet, terminal: &mut Terminal) {
         return;
     };
     if data_sheet.left_out > 0 {
-        terminal.note(&Note::EntriesNotShown(data_sheet.left_out));
+        terminal.note(&Note::EntriesNotShown(data_sheet.left_out.into()));
     }
     if let [first, more @ ..] = &data_sheet.ignored[..] {
         terminal.note(&match more.len() {

@@ -1,6 +1,7 @@
 //! Errors of values.
 
 use super::Meant;
+use crate::meaning::Named;
 use texts::errors;
 
 errors! {
@@ -16,14 +17,14 @@ errors! {
         Unit(unit: &'static str): Usage "bad-value" = "its unit is {unit}", "die Einheit ist {unit}";
         Step(step: String): Usage "bad-value" = "its step is {step}", "die Schrittweite ist {step}";
         TooLarge: Usage "out-of-range" = "it is too large", "der Wert ist zu groß";
-        RawOrName(text: String, raw: i64, names: String): Usage "bad-value" = "{text} is ambiguous: write raw:{raw} or one of {names}",
+        RawOrName(text: String, raw: i64, names: Named): Usage "bad-value" = "{text} is ambiguous: write raw:{raw} or one of {names}",
             "{text} ist nicht eindeutig: Schreiben Sie raw:{raw} oder eines von {names}";
-        Names(names: String): Usage "bad-value" = "its values are {names}", "die Werte sind {names}";
-        Ambiguous(text: String, names: String): Usage "bad-value" = "{text} is ambiguous: its values are {names}",
+        Names(names: Named): Usage "bad-value" = "its values are {names}", "die Werte sind {names}";
+        Ambiguous(text: String, names: Named): Usage "bad-value" = "{text} is ambiguous: its values are {names}",
             "{text} ist nicht eindeutig: Die Werte sind {names}";
-        NoValue(name: String, text: String, why: Box<NumberError>, range: String, meant: Meant): Usage "bad-value" = "{name} = {text:?}: {why}; it takes {range}{meant}",
+        NoValue(name: String, text: String, why: Box<NumberError>, range: Named, meant: Meant): Usage "bad-value" = "{name} = {text:?}: {why}; it takes {range}{meant}",
             "{name} = {text:?}: {why}; erlaubt sind {range}{meant}";
-        NotPermitted(value: String, name: String, range: String): Usage "out-of-range" = "{value} is not permitted: {name} takes {range}",
+        NotPermitted(value: String, name: String, range: Named): Usage "out-of-range" = "{value} is not permitted: {name} takes {range}",
             "{value} ist nicht erlaubt: {name} kann {range} sein";
         ReadOnly(name: String): Usage "read-only" = "{name} can only be read: `plumbline get {name}` shows it",
             "{name} ist nur lesbar";
@@ -36,7 +37,7 @@ errors! {
             "mit der Auflösung des Sensors, {text}: {why}; nichts wurde geschrieben";
         Same(one: String, other: String, value: String): Usage "out-of-range" = "{one} and {other} must differ: both would be {value}",
             "{one} und {other} müssen verschieden sein: Beide wären {value}";
-        AtMost(name: String, limit: String, other: String, value: String): Usage "out-of-range" = "{name} is at most {limit} with {other} {value}",
+        AtMost(name: String, limit: String, other: String, value: Named): Usage "out-of-range" = "{name} is at most {limit} with {other} {value}",
             "{name} ist höchstens {limit} mit {other} {value}";
         NoCobId(name: String, value: String): Usage "out-of-range" = "{value} is not permitted: {name} takes an 11-bit identifier that is free (CiA 301, table 81)",
             "{value} ist nicht erlaubt: {name} braucht einen freien Identifier mit 11 Bit (CiA 301, Tabelle 81)";
@@ -52,7 +53,7 @@ errors! {
             "{number} ist keine {kind}: Wählen Sie eine von {low} bis {high}";
         TooLong(name: String, text: String, longest: usize): Usage "bad-value" = "{name}={text:?}: it takes up to {longest} letters, digits and signs",
             "{name}={text:?}: Erlaubt sind bis zu {longest} Buchstaben, Ziffern und Zeichen";
-        FitsNone(name: String, part: String, names: String): Usage "bad-value" = "{name:?}: {part:?} fits none of {names}",
+        FitsNone(name: String, part: String, names: Named): Usage "bad-value" = "{name:?}: {part:?} fits none of {names}",
             "{name:?}: {part:?} passt zu keinem von {names}";
     }
 }

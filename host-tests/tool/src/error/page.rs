@@ -1,6 +1,7 @@
 //! Errors of the server of the page.
 
 use texts::{errors, texts};
+use virtual_sensor::server::Refused;
 
 errors! {
     /// A request of the page that is refused.
@@ -17,7 +18,6 @@ errors! {
         NoRequest: Usage "bad-request" = "there is no such request", "diese Anfrage gibt es nicht";
         List: Usage "bad-request" = "the request is not valid: it is a list", "die Anfrage ist nicht gültig: Sie ist eine Liste";
         Invalid(why: String): Usage "bad-request" = "the request is not valid: {why}", "die Anfrage ist nicht gültig: {why}";
-        Words(why: String): Usage "bad-request" = "{why}", "die Anfrage ist nicht gültig: {why}";
         NoProtocol: Usage "bad-request" = "an address needs its protocol: fsc, canopen, devicenet or j1939", "eine Adresse braucht ihr Protokoll: fsc, canopen, devicenet oder j1939";
         TooManyTabs(most: usize): Bus "too-many-tabs" = "{most} tabs are already open: close one of them, then this page connects automatically",
             "{most} Tabs sind schon offen. Schließen Sie einen davon: Dann verbindet sich diese Seite von selbst";
@@ -28,7 +28,7 @@ errors! {
         NoRandom(reason: String): Bus "no-random" = "no random numbers: {reason}", "keine Zufallszahlen: {reason}";
         SheetGone: Usage "unknown-product" = "the server does not have this data sheet any more: choose its file again",
             "der Server hat dieses Datenblatt nicht mehr: Wählen Sie die Datei noch einmal";
-        StandIn(why: String): Usage "bad-value" = "the virtual sensor refuses it: {why}", "der virtuelle Sensor lehnt ab: {why}";
+        StandIn(why: Refused): Usage "bad-value" = "the virtual sensor refuses it: {why}", "der virtuelle Sensor lehnt ab: {why}";
         NoStandIn: Usage "not-connected" = "there is no virtual sensor: only a port demo:PRODUCT has one", "es gibt keinen virtuellen Sensor: Nur ein Anschluss demo:PRODUKT hat einen";
         NotOfStandIn: Usage "bad-request" = "the page cannot ask this of the virtual sensor", "die Seite kann das vom virtuellen Sensor nicht verlangen";
         NotInCatalogue(product: String): Usage "wrong-image" = "the catalogue does not have the product {product} of the file: nothing has changed",

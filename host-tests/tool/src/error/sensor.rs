@@ -1,6 +1,7 @@
 //! Errors of a sensor: it refuses, does not answer, or is not as it should be.
 
 use super::{NO_ANSWER, NO_ANSWER_DE, NOT_FOUND, NOT_FOUND_DE};
+use crate::counted::Bytes;
 use texts::{errors, texts};
 
 errors! {
@@ -12,8 +13,8 @@ errors! {
             "der Sensor hat {request} oder eine frühere Anfrage abgelehnt: Seine Antwort hat den Status {status:02X}h. {next}; die Anfrage 02 liest und löscht den Status";
         Sdo(what: What, reason: Reason, code: u32, next: Next): Refused "refused" = "the sensor refused {what}: {reason} ({code:08X}h). {next}",
             "der Sensor hat {what} abgelehnt: {reason} ({code:08X}h). {next}";
-        Length(what: What, reason: Reason, code: u32, length: usize, example: String): Refused "refused" = "the sensor refused {what}: {reason} ({code:08X}h). The object has {length} bytes: write all bytes of the object, for example {example}",
-            "der Sensor hat {what} abgelehnt: {reason} ({code:08X}h). Das Objekt hat {length} Bytes: Schreiben Sie alle Bytes des Objekts, zum Beispiel {example}";
+        Length(what: What, reason: Reason, code: u32, length: Bytes, example: String): Refused "refused" = "the sensor refused {what}: {reason} ({code:08X}h). The object has {length}: write all bytes of the object, for example {example}",
+            "der Sensor hat {what} abgelehnt: {reason} ({code:08X}h). Das Objekt hat {length}: Schreiben Sie alle Bytes des Objekts, zum Beispiel {example}";
         Explicit(what: What, reason: Reason, code: u8, more: u8, next: Next): Refused "refused" = "the sensor refused {what}: {reason} ({code:02X}h, {more:02X}h). {next}",
             "der Sensor hat {what} abgelehnt: {reason} ({code:02X}h, {more:02X}h). {next}";
         Lss(what: What, error: u8, next: Next): Refused "refused" = "the sensor refused {what} (LSS error {error}): it has not changed. {next}",
@@ -116,8 +117,8 @@ errors! {
             "kein TPDO des Sensors hat alle Winkel, einen Event-Timer und eine eindeutige COB-ID von 181h bis 57Fh: Stellen Sie sie ein (1800h, 1A00h), oder lassen Sie --cyclic weg";
         NoAngle(name: String, text: String): Refused "not-offered" = "{name} is {text}, so the response to a poll has no angle: set {name}, or leave out --cyclic",
             "{name} ist {text}, deshalb hat die Antwort auf einen Poll keinen Winkel: Setzen Sie {name}, oder lassen Sie --cyclic weg";
-        IoSize(size: usize): Usage "wrong-product" = "the I/O messages of the sensor have {size} bytes, which are no angles of this product: is --product right?",
-            "die I/O-Nachrichten des Sensors haben {size} Bytes, die keine Winkel dieses Produkts sind: Ist das richtige Produkt gewählt?";
+        IoSize(size: Bytes): Usage "wrong-product" = "the I/O messages of the sensor have {size}, not those of the angles of this product: is --product right?",
+            "die I/O-Nachrichten des Sensors haben {size}, nicht die der Winkel dieses Produkts: Ist das richtige Produkt gewählt?";
         NoBootloader: Refused "no-bootloader" = "the sensor has no bootloader: it is an original, or its program was flashed without one; nothing has changed",
             "der Sensor hat keinen Bootloader: Er ist ein Original, oder sein Programm wurde ohne Bootloader geladen; nichts hat sich geändert";
         ImageUnfit: Refused "wrong-image" = "the bootloader refuses the file: it is for another product, measuring element or board; nothing has changed",

@@ -1,6 +1,8 @@
 use super::*;
+use crate::meaning::german;
 use crate::sheet::Sheet;
 use plumbline::model::catalog::{PRODUCTS, find};
+use texts::Text;
 
 fn scale(unit: &'static str, decimals: u8) -> Scale {
     Scale::of(unit, decimals)
@@ -189,6 +191,27 @@ fn value_is_its_name_in_any_case_of_all_products() {
     for (name, text) in [("can-protocol", "sae 1"), ("can-protocol", "j193")] {
         assert!(parse("ims360", name, text).is_err(), "{name}={text}");
     }
+}
+
+#[test]
+fn german_name_is_a_value_too() {
+    for product in PRODUCTS {
+        for entry in Sheet::of(product).entries {
+            for (raw, name) in entry.meanings.iter().filter(|(_, name)| !name.is_empty()) {
+                let german = german(name);
+                assert_eq!(entry.parse(german), Ok(*raw), "{} {german}", entry.name);
+            }
+        }
+    }
+    let wrong = parse("is2", "filter-type", "Bessel").unwrap_err();
+    assert_eq!(
+        wrong.to_string(),
+        "its values are off, Butterworth, critically damped"
+    );
+    assert_eq!(
+        wrong.german(),
+        "die Werte sind aus, Butterworth, kritisch gedämpft"
+    );
 }
 
 #[test]

@@ -5,12 +5,13 @@ pub mod agopengps;
 pub mod broker;
 mod failure;
 pub mod fleet;
-mod known;
+pub mod known;
 pub mod queue;
 pub mod sensor;
 pub mod topics;
 mod window;
 
+use crate::counted::Samples;
 use crate::error::{BrokerError, Error};
 use crate::note::Note;
 use crate::output::Terminal;
@@ -42,28 +43,19 @@ pub struct Mqtt {
 }
 
 impl Mqtt {
-    /// A broker that was started. The sensors of earlier runs are offline until they are found.
-    ///
-    /// # Errors
-    /// The file with these sensors cannot be read.
-    pub fn new(
-        broker: Broker,
-        url: String,
-        topics: Topics,
-        buffer: PathBuf,
-    ) -> Result<Self, Error> {
-        let known = Known::open(&buffer)?;
-        for topic in known.topics() {
+    /// A broker that was started. The sensors of earlier runs, which are `known`, are offline until they are found.
+    pub fn new(broker: Broker, url: String, topics: Topics, buffer: PathBuf, known: Known) -> Self {
+        for topic in known.makers().keys() {
             broker.keep(topic.clone(), HERE[0].to_owned());
         }
-        Ok(Self {
+        Self {
             broker,
             url,
             topics,
             buffer,
             known,
             looked: Instant::now(),
-        })
+        }
     }
 
     /// Tells what a sensor is, and that it is there.
@@ -71,7 +63,8 @@ impl Mqtt {
     /// # Errors
     /// The file with the sensors cannot be written.
     fn introduce(&mut self, about: &About) -> Result<(), Error> {
-        self.known.add(self.topics.sensor(about, "availability"))?;
+        let topic = self.topics.sensor(about, "availability");
+        self.known.add(topic, about.maker)?;
         let keep = |topic: &str, text: String| {
             self.broker.keep(self.topics.sensor(about, topic), text);
         };
@@ -128,7 +121,7 @@ impl Mqtt {
         let (left, told) = self.broker.end();
         match left {
             Ok(0) => {}
-            Ok(left) => terminal.note(&Note::RecordsLeft(left, path)),
+            Ok(left) => terminal.note(&Note::RecordsLeft(Samples(left), path)),
             Err(error) => terminal.note(&Note::NotSynchronised(path, error.to_string())),
         }
         // There is no next try.
@@ -142,10 +135,10 @@ impl Mqtt {
 fn tell_lost(lost: Lost, buffer: &Path, terminal: &mut Terminal) {
     let path = || buffer.display().to_string();
     if lost.limit > 0 {
-        terminal.note(&Note::RecordsLost(lost.limit));
+        terminal.note(&Note::RecordsLost(Samples(lost.limit)));
     }
     if lost.disk > 0 {
-        terminal.note(&Note::DiskFull(lost.disk, path()));
+        terminal.note(&Note::DiskFull(Samples(lost.disk), path()));
     }
     if lost.is_damaged {
         terminal.note(&Note::BufferDamaged(path()));

@@ -4,6 +4,7 @@ mod finding;
 pub(crate) mod traffic;
 
 use crate::connect::{self, RATES};
+use crate::counted::{self, Errors};
 use crate::error::Error;
 use crate::identify;
 use crate::link::{Link, stopped};
@@ -94,12 +95,13 @@ impl Report {
             .errors
             .map_or("not told by the adapter".to_owned(), |own| own.to_string());
         let mut lines = vec![format!(
-            "{rate}, {} s: {} frames, bus load {load}, errors {errors}",
-            self.seconds, self.frames
+            "{rate}, {} s: {}, bus load {load}, errors {errors}",
+            self.seconds,
+            counted::Frames(self.frames)
         )];
         for Row { id, frames, errors } in &self.identifiers {
-            let errors = errors.map_or(String::new(), |errors| format!(", {errors} errors"));
-            lines.push(format!("  {id}: {frames} frames{errors}"));
+            let errors = errors.map_or(String::new(), |errors| format!(", {}", Errors(errors)));
+            lines.push(format!("  {id}: {}{errors}", counted::Frames(*frames)));
         }
         lines.extend(
             self.sensors
@@ -196,7 +198,7 @@ impl Seen {
                 next = after(next, SHOWN);
                 let done = now.ticks().saturating_sub(start.ticks()) / SHOWN.ticks();
                 let total = time.ticks().div_ceil(SHOWN.ticks()) as usize;
-                let step = Step::Examines(traffic.frames);
+                let step = Step::Examines(counted::Frames(traffic.frames));
                 let progress = Progress {
                     done: done as usize,
                     total,
@@ -245,11 +247,11 @@ impl Seen {
         findings.extend(
             self.overruns
                 .filter(|count| *count > 0)
-                .map(Finding::Overruns),
+                .map(|count| Finding::Overruns(counted::Frames(count))),
         );
         match (frames, errors) {
             (0, 0) => findings.push(Finding::Silent),
-            (0, _) => findings.push(Finding::OnlyErrors(errors)),
+            (0, _) => findings.push(Finding::OnlyErrors(Errors(errors))),
             _ => {}
         }
         if frames == 0 {
@@ -263,8 +265,8 @@ impl Seen {
         }
         if errors * RARE > frames {
             findings.push(match self.traffic.disturbed().filter(|_| self.tells) {
-                Some(own) => Finding::OneDisturbed(shown(own.id), own.errors),
-                None => Finding::Disturbed(errors, frames),
+                Some(own) => Finding::OneDisturbed(shown(own.id), Errors(own.errors)),
+                None => Finding::Disturbed(Errors(errors), counted::Frames(frames)),
             });
         }
         let doubled = self.traffic.doubled();
@@ -356,7 +358,7 @@ fn active(
         }
         if is_silent && rates.len() == 1 && errors > 0 {
             findings.retain(|finding| *finding != Finding::Silent);
-            findings.push(Finding::NotTaken(errors));
+            findings.push(Finding::NotTaken(Errors(errors)));
         }
     }
     Ok(())

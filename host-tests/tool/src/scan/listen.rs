@@ -1,6 +1,7 @@
 //! The first part of a scan, and of every other command that does not know where the sensor is: listens and sends nothing.
 
 use super::schedule::{self, Lone, Schedule};
+use crate::counted::Errors;
 use crate::error::{Error, RequestError};
 use crate::link::{Link, stopped};
 use crate::note::{Note, Step};
@@ -81,9 +82,9 @@ pub fn all(
             || (is_shown && (step.is_long() || !frames.is_empty()));
         let errors = counts.then(|| link.adapter().errors()).flatten();
         let dwell = Duration::from_ticks(until.ticks().saturating_sub(opened.ticks())).to_millis();
-        let mut told = Step::Listened(link.rate().into(), dwell, frames.len());
+        let mut told = Step::Listened(link.rate().into(), dwell, frames.len().into());
         if let Some(errors) = errors {
-            told = Step::Counted(Box::new(told), errors);
+            told = Step::Counted(Box::new(told), Errors(errors));
         }
         let line = is_shown.then(|| Step::Numbered(done, total, Box::new(told.clone())));
         let step = match schedule.is_shown && frames.is_empty() {

@@ -17,6 +17,7 @@ pub(crate) mod row;
 pub mod schedule;
 
 use crate::connect::RATES;
+use crate::counted::Frames;
 use crate::error::{Error, Rates, SensorError};
 use crate::identify::{self, Found};
 use crate::labels::Labels;
@@ -239,7 +240,7 @@ pub(crate) fn report(link: &Link, terminal: &mut Terminal) {
         });
     }
     for (rate, count) in link.sent() {
-        terminal.note(&Note::Sent(*count, At::from(*rate)));
+        terminal.note(&Note::Sent(Frames(*count), At::from(*rate)));
     }
 }
 

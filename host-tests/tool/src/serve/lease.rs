@@ -8,8 +8,12 @@ use adapter::unread::Unread;
 use adapter::{Adapter, AdapterError, Capabilities, Mode};
 use plumbline::can::{BitRate, Frame};
 use plumbline::time::Instant;
+use std::any::Any;
 use std::cell::RefCell;
 use std::rc::Rc;
+
+/// Moves the virtual sensor behind an adapter, as the user has asked meanwhile.
+pub type Moves = Box<dyn FnMut(&mut StandIn)>;
 
 /// How an adapter is open.
 type Opened = (Option<BitRate>, Mode);
@@ -24,6 +28,7 @@ pub struct Shared {
     pub tap: Tap,
     /// What is sent while somebody waits for a frame.
     transmission: Rc<RefCell<Transmission>>,
+    moves: Moves,
 }
 
 impl Shared {
@@ -44,9 +49,10 @@ impl Shared {
     fn transmit(&mut self) -> Result<Option<Instant>, AdapterError> {
         let rate = self.opened.and_then(|(rate, _)| rate);
         let (now, rate) = (self.adapter.now(), rate.or(self.adapter.rate()));
-        let frame = self.transmission.borrow_mut().take(now, rate);
+        let frame = self.transmission.borrow().frame(now);
         if let Some(frame) = frame {
             self.send(&frame)?;
+            self.transmission.borrow_mut().sent(&frame, now, rate);
         }
         Ok(self.transmission.borrow().due())
     }
@@ -58,22 +64,32 @@ pub struct Lease(Rc<RefCell<Shared>>);
 
 impl Lease {
     /// A handle of a new adapter, which sends this beside what it is asked for.
-    pub fn new(adapter: Box<dyn Adapter>, transmission: Rc<RefCell<Transmission>>) -> Self {
-        Self::with(adapter, Tap::default(), transmission)
+    pub fn new(
+        adapter: Box<dyn Adapter>,
+        transmission: Rc<RefCell<Transmission>>,
+        moves: Moves,
+    ) -> Self {
+        Self::with(adapter, Tap::default(), transmission, moves)
     }
 
     /// A handle of a new adapter, which keeps only the messages of sensors, not the frames.
     pub fn of_messages(adapter: Box<dyn Adapter>) -> Self {
-        Self::with(adapter, Tap::hidden(), Rc::default())
+        Self::with(adapter, Tap::hidden(), Rc::default(), Box::new(|_| {}))
     }
 
-    fn with(adapter: Box<dyn Adapter>, tap: Tap, transmission: Rc<RefCell<Transmission>>) -> Self {
+    fn with(
+        adapter: Box<dyn Adapter>,
+        tap: Tap,
+        transmission: Rc<RefCell<Transmission>>,
+        moves: Moves,
+    ) -> Self {
         Self(Rc::new(RefCell::new(Shared {
             adapter,
             opened: None,
             kept: None,
             tap,
             transmission,
+            moves,
         })))
     }
 
@@ -144,7 +160,10 @@ impl Adapter for Lease {
     }
 
     fn receive(&mut self, until: Instant) -> Result<Option<(Instant, Frame)>, AdapterError> {
-        let mut shared = self.0.borrow_mut();
+        let shared = &mut *self.0.borrow_mut();
+        if let Some(stand_in) = shared.adapter.stand_in().and_then(<dyn Any>::downcast_mut) {
+            (shared.moves)(stand_in);
+        }
         loop {
             let due = shared.transmit()?;
             let slice = due.map_or(until, |due| due.min(until));

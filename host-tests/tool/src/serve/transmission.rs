@@ -147,24 +147,25 @@ impl Transmission {
     }
 
     /// The frame that is sent now.
-    pub fn take(&mut self, now: Instant, rate: Option<BitRate>) -> Option<Frame> {
-        if self.due()? > now {
-            return None;
-        }
-        let (_, frame, is_of_log) = self.next()?;
+    pub fn frame(&self, now: Instant) -> Option<Frame> {
+        let is_due = self.due()? <= now;
+        self.next().filter(|_| is_due).map(|(_, frame, _)| frame)
+    }
+
+    /// The adapter has taken this frame.
+    pub fn sent(&mut self, frame: &Frame, now: Instant, rate: Option<BitRate>) {
+        let is_of_log = self.next().is_some_and(|(.., is_of_log)| is_of_log);
         match &mut self.log {
             Some(log) if is_of_log => {
-                let frames = log.frames.as_mut()?;
-                frames.sent(now);
                 log.count += 1;
-                if frames.next().is_none() {
-                    log.frames = None;
-                }
+                log.frames = log.frames.take().and_then(|mut frames| {
+                    frames.sent(now);
+                    frames.next().is_some().then_some(frames)
+                });
             }
             _ => self.list.sent(now),
         }
-        self.free = Some(carried(&frame, rate, now));
-        Some(frame)
+        self.free = Some(carried(frame, rate, now));
     }
 
     /// The list and the log, for the page.

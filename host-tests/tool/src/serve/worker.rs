@@ -31,6 +31,7 @@ use adapter::{Adapter, Mode};
 use plumbline::time::{after, millis};
 use report::Reported;
 use serde_json::{Map, Value, json};
+use stand_in::Jobs;
 use std::cell::RefCell;
 use std::path::PathBuf;
 use std::rc::Rc;
@@ -57,7 +58,7 @@ enum State {
 
 /// The thread that has the adapter and performs the jobs.
 pub struct Worker {
-    jobs: Receiver<Job>,
+    jobs: Rc<RefCell<Jobs>>,
     hub: Arc<Hub>,
     opener: Opener,
     stop: Arc<AtomicBool>,
@@ -101,7 +102,7 @@ impl Worker {
     /// A worker for these jobs.
     pub fn new(jobs: Receiver<Job>, hub: Arc<Hub>, opener: Opener, stop: Arc<AtomicBool>) -> Self {
         Self {
-            jobs,
+            jobs: Rc::new(RefCell::new(Jobs::new(jobs))),
             hub,
             opener,
             stop,
@@ -132,12 +133,12 @@ impl Worker {
         self.report();
         loop {
             let job = match self.state {
-                State::Closed => match self.jobs.recv_timeout(STATUS * 4) {
+                State::Closed => match self.jobs.borrow_mut().next(STATUS * 4) {
                     Ok(job) => Some(job),
                     Err(RecvTimeoutError::Timeout) => None,
                     Err(RecvTimeoutError::Disconnected) => break,
                 },
-                _ => match self.jobs.try_recv() {
+                _ => match self.jobs.borrow_mut().try_next() {
                     Ok(job) => Some(job),
                     Err(TryRecvError::Empty) => None,
                     Err(TryRecvError::Disconnected) => break,
@@ -242,7 +243,11 @@ impl Worker {
         }
         self.port = None;
         self.show_stand_in();
-        let lease = Lease::new((self.opener)(port)?, self.transmission.clone());
+        let lease = Lease::new(
+            (self.opener)(port)?,
+            self.transmission.clone(),
+            self.moves(),
+        );
         self.port = Some((port.to_owned(), lease.clone()));
         (self.status.tells_errors, self.status.errors_at) = (true, None);
         self.show_stand_in();

@@ -207,7 +207,7 @@ test("bar_shows_rate_frames_per_second_errors_and_lost_samples", async () => {
   await page.status({ port: "can0", rate: 250, perSecond: 110, errors: 7, lost: 2 });
   assert.deepEqual(texts(), ["connected", "can0 250 kbit/s", "110", "7", "2"]);
   await page.status({ port: "can0", rate: 250, errors: 0, unread: { lines: 19, first: "y123" } });
-  assert.equal(page.text("errors"), "0; 19 lines of the adapter are not slcan, the first is y123");
+  assert.equal(page.text("errors"), "0; lines of the adapter that are not slcan: 19, the first is y123");
   await page.status({ port: "can0", rate: null, errors: null, silent: true });
   assert.deepEqual(texts(), ["the sensor does not answer", "can0", "100", "unknown", "0"]);
   await page.status({ state: "listening", port: "can0", rate: 125 });

@@ -47,6 +47,17 @@ test("table_shows_value_factory_value_and_range", async () => {
   assert.equal(page.row("cob-id-emcy").cells[4], "80h + Node-ID");
 });
 
+test("names_of_values_are_german_in_the_german_page", async () => {
+  const page = await open();
+  await page.connected("is2");
+  await page.event("values", { ...values, "filter-type": { value: "critically damped", unit: "", raw: 2 } });
+  assert.equal(page.row("filter-type").cells[1], "critically damped");
+  await page.change("language", "de");
+  assert.equal(page.row("filter-type").cells[1], "kritisch gedämpft");
+  assert.match(page.row("filter-type").cells[5], /aus \(0\).*kritisch gedämpft \(2\)/);
+  await page.change("language", "en");
+});
+
 test("numbers_of_the_german_table_have_a_decimal_comma", async () => {
   const page = await connected();
   await page.event("values", { ...values, "zero-x": { value: -1.25, unit: "deg", raw: -125 } });

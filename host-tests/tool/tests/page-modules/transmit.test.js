@@ -66,10 +66,10 @@ test("log_is_sent_with_its_speed_and_interface_and_the_page_tells_how_far_it_is"
   assert.deepEqual(page.requests.pop().body, { replay: log });
   const told = { name: "crane.log", frames: 10, sent: 3, running: true };
   await page.event("transmission", { lines: [], log: told });
-  assert.equal(page.text("replay-state"), "Sends crane.log: 3 frames are sent, the log has 10.");
+  assert.equal(page.text("replay-state"), "Sends crane.log: frames sent 3, frames in the log 10.");
   await page.click("replay-stop");
   assert.equal(page.requests.pop().body, "stop-replay");
   await page.event("transmission", { lines: [], log: { ...told, running: false } });
-  assert.equal(page.text("replay-state"), "crane.log has ended: 3 frames were sent, the log has 10.");
+  assert.equal(page.text("replay-state"), "crane.log has ended: frames sent 3, frames in the log 10.");
   assert.ok(page.element("replay-stop").disabled);
 });

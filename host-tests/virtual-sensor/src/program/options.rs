@@ -4,8 +4,9 @@ use super::Failure;
 use crate::server::Clock;
 use bench::fault::FaultFrom;
 use bench::scene::SceneArgument;
-use clap::Parser;
 use clap::builder::PossibleValuesParser;
+use clap::error::{ContextKind, ContextValue, ErrorKind};
+use clap::{CommandFactory, Parser};
 use plumbline::can::BitRate;
 use plumbline::model::catalog::{self, PRODUCTS, Product};
 use std::ffi::OsString;
@@ -37,6 +38,29 @@ pub(super) struct Other {
 
     #[command(flatten)]
     pub(super) sensor: SensorOptions,
+}
+
+impl Other {
+    /// Reads the part of the command line that begins with its --model.
+    ///
+    /// # Errors
+    /// An option is not valid, or is one of the bus.
+    fn of(words: Vec<OsString>) -> Result<Self, clap::Error> {
+        Self::try_parse_from(words).map_err(|mut error| {
+            let option = match error.get(ContextKind::InvalidArg) {
+                Some(ContextValue::String(option)) => option.trim_start_matches('-').to_owned(),
+                _ => return error,
+            };
+            let all = Program::command();
+            let mut options = all.get_arguments().filter_map(clap::Arg::get_long);
+            if error.kind() == ErrorKind::UnknownArgument && options.any(|own| own == option) {
+                let tip = format!("write --{option} before the second --model");
+                let tips = ContextValue::StyledStrs(vec![tip.into()]);
+                error.insert(ContextKind::Suggested, tips);
+            }
+            error
+        })
+    }
 }
 
 /// The product of a sensor.
@@ -72,8 +96,9 @@ impl Program {
         }
         let mut sensors = sensors.into_iter();
         let program = Self::parse_from(sensors.next().unwrap_or_default());
+        let others = sensors.map(|words| Other::of(words).unwrap_or_else(|error| error.exit()));
         Self {
-            others: sensors.map(Other::parse_from).collect(),
+            others: others.collect(),
             ..program
         }
     }
@@ -153,4 +178,23 @@ pub(super) struct SensorOptions {
     /// The serial number, to which the records in the memory belong [default: the place of the sensor on the command line: 1, 2]
     #[arg(long, value_name = "NUMBER")]
     pub(super) serial: Option<u32>,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Other;
+
+    #[test]
+    fn option_of_the_bus_behind_the_second_model_is_followed_by_its_place() {
+        let told = |option: &str| {
+            let words = ["virtual-sensor", "--model", "is2", option, "125"];
+            let error = Other::of(words.map(Into::into).to_vec()).expect_err(option);
+            error.to_string()
+        };
+        for option in ["--bus-rate", "--listen", "--log"] {
+            let place = format!("write {option} before the second --model");
+            assert!(told(option).contains(&place), "{}", told(option));
+        }
+        assert!(!told("--nonsense").contains("before the second"));
+    }
 }

@@ -1,10 +1,12 @@
 //! Clients that control the sensors: JSON lines on TCP. `README.md` of this package describes them.
 
 mod perform;
+mod refused;
 mod request;
 mod unit;
 
 pub(super) use perform::span;
+pub use refused::Refused;
 pub use request::{MemoryFault, Request, Side, Topic};
 pub use unit::Unit;
 

@@ -1,6 +1,6 @@
 //! Faults between a client and the bus: frames that get lost or arrive late.
 
-use super::control::span;
+use super::control::{Refused, span};
 use can_wire::text;
 use plumbline::can::{Frame, Id};
 use plumbline::time::{Duration, Instant, after};
@@ -23,12 +23,18 @@ impl Rule {
     /// This number of frames with this identifier, or all, get lost, or are late by this time in s.
     ///
     /// # Errors
-    /// A sentence: the identifier or the time is not valid.
-    pub fn new(count: u32, identifier: Option<&str>, seconds: Option<f64>) -> Result<Self, String> {
+    /// The identifier or the time is not valid.
+    pub fn new(
+        count: u32,
+        identifier: Option<&str>,
+        seconds: Option<f64>,
+    ) -> Result<Self, Refused> {
         let id_of = |digits: &str| {
             let frame = text::parse(&format!("{digits}#"));
-            let what = "is not an identifier: it has 3 or 8 hexadecimal digits";
-            frame.map_or_else(|_| Err(format!("{digits} {what}")), |frame| Ok(frame.id()))
+            frame.map_or_else(
+                |_| Err(Refused::Identifier(digits.to_owned())),
+                |frame| Ok(frame.id()),
+            )
         };
         Ok(Self {
             count,

@@ -47,5 +47,5 @@ pub(in crate::master) fn send(
 /// The sensor has refused the number of bytes.
 fn wrong_length(what: What, code: u32, mut data: Vec<u8>, length: usize) -> Error {
     data.resize(length, 0);
-    Refusal::Length(what, reason(code), code, length, joined(&data)).into()
+    Refusal::Length(what, reason(code), code, length.into(), joined(&data)).into()
 }

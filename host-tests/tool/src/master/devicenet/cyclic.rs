@@ -152,7 +152,7 @@ fn listened(
     let assembly = assemblies.find(|own| usize::from(own.size()) == size);
     let layout = assembly.map(|own| taken(session, slave, own, sampler));
     let Some(layout) = layout.transpose()?.flatten() else {
-        return Err(SensorError::IoSize(size).into());
+        return Err(SensorError::IoSize(size.into()).into());
     };
     let layouts = slave.io().map(|id| Layout {
         id,

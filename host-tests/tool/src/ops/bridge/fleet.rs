@@ -15,7 +15,7 @@ use adapter::Mode;
 use plumbline::can::{BitRate, Frame};
 use plumbline::time::{Duration, Instant, after, millis};
 use serde_json::Value;
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::time::{SystemTime, UNIX_EPOCH};
 use texts::Kind;
 
@@ -58,6 +58,8 @@ pub struct Fleet {
     /// The link of all sessions: only one of them uses it at a time, and a J1939 address of the tool belongs to it.
     link: Link,
     sensors: Vec<Sensor>,
+    /// The makers of the sensors of earlier runs, by their names.
+    earlier: BTreeMap<String, String>,
     every: Duration,
     /// The frames since the start of a search; None: none runs.
     heard: Option<Vec<(Instant, Frame)>>,
@@ -69,14 +71,14 @@ pub struct Fleet {
 }
 
 impl Fleet {
-    /// The sensors that a scan has found; or, without `is_open`, the one that the user has chosen, beside which no others are taken.
+    /// The sensors that a scan has found, at this bit rate; or, without `is_open`, the one that the user has chosen, beside which no others are taken.
     ///
     /// # Errors
     /// None of them is of the catalogue, or the adapter fails.
     pub fn new(
         lease: Lease,
-        rate: Option<BitRate>,
-        found: Vec<Found>,
+        (rate, found): (Option<BitRate>, Vec<Found>),
+        earlier: BTreeMap<String, String>,
         is_open: bool,
         every: Duration,
         terminal: &mut Terminal,
@@ -88,6 +90,7 @@ impl Fleet {
             lease,
             link,
             sensors: Vec::new(),
+            earlier,
             every,
             heard: None,
             search,
@@ -129,12 +132,15 @@ impl Fleet {
                 Ok(false)
             }
             Ok(Some(mut sensor)) => {
-                // Only the serial numbers of one maker differ.
+                // Only the serial numbers of one maker differ. A name stays with the sensor that has had it first, also over a restart.
                 let (name, maker) = (&sensor.about.name, sensor.about.maker);
-                if self
-                    .abouts()
-                    .any(|own| own.name == *name && own.maker != maker)
-                {
+                let mut abouts = self.abouts();
+                let is_other = |own: &About| own.name == *name && own.maker != maker;
+                let earlier = self.earlier.get(name);
+                let was_other = earlier.is_some_and(|own| !own.is_empty() && own != maker);
+                let is_taken = was_other || abouts.any(is_other);
+                drop(abouts);
+                if is_taken {
                     sensor.name_by_address();
                 }
                 self.sensors.push(sensor);

@@ -3,18 +3,19 @@
 
 use super::queue::is_full;
 use crate::error::{Error, FileError};
-use std::collections::BTreeSet;
+use std::collections::BTreeMap;
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
-/// The name of the file: a topic in each line.
+/// The name of the file: a topic in each line, a tabulator, and the maker of the sensor.
 const NAME: &str = "sensors";
 
 /// The topics with the availability of these sensors.
 pub struct Known {
     path: PathBuf,
-    topics: BTreeSet<String>,
+    /// The makers by the topics. An older file does not say them.
+    makers: BTreeMap<String, String>,
     /// The file has all of them.
     is_written: bool,
 }
@@ -32,22 +33,27 @@ impl Known {
         };
         Ok(Self {
             path,
-            topics: text.lines().map(str::to_owned).collect(),
+            makers: text
+                .lines()
+                .map(|line| line.split_once('\t').unwrap_or((line, "")))
+                .map(|(topic, maker)| (topic.to_owned(), maker.to_owned()))
+                .collect(),
             is_written: true,
         })
     }
 
-    /// The topics.
-    pub fn topics(&self) -> impl Iterator<Item = &String> {
-        self.topics.iter()
+    /// The topics with the makers of their sensors.
+    pub fn makers(&self) -> &BTreeMap<String, String> {
+        &self.makers
     }
 
-    /// Adds a topic. On a full disk [`sync`](Self::sync) writes it later.
+    /// Adds the topic of a sensor of this maker. On a full disk [`sync`](Self::sync) writes it later.
     ///
     /// # Errors
     /// The file cannot be written, for another reason.
-    pub fn add(&mut self, topic: String) -> Result<(), Error> {
-        self.is_written &= !self.topics.insert(topic);
+    pub fn add(&mut self, topic: String, maker: &str) -> Result<(), Error> {
+        let before = self.makers.insert(topic, maker.to_owned());
+        self.is_written &= before.as_deref() == Some(maker);
         match self.sync() {
             Err(error) if !is_full(&error) => Err(failed(&self.path, &error)),
             _ => Ok(()),
@@ -62,8 +68,10 @@ impl Known {
         if self.is_written {
             return Ok(());
         }
-        let topics = self.topics.iter();
-        let text: String = topics.flat_map(|own| [own.as_str(), "\n"]).collect();
+        let makers = self.makers.iter();
+        let text: String = makers
+            .map(|(topic, maker)| format!("{topic}\t{maker}\n"))
+            .collect();
         let new = self.path.with_extension("new");
         fs::write(&new, text)?;
         fs::rename(&new, &self.path)?;

@@ -1,8 +1,10 @@
 //! The topics and documents of a bridge: `SITE/BUS/SENSOR/...`.
 
+use super::known::Known;
 use super::sensor::About;
 use crate::error::{BrokerError, Error};
 use serde_json::{Value, json};
+use std::collections::BTreeMap;
 
 /// What a broker tells about something that is there, and about something that is not.
 pub const HERE: [&str; 2] = ["offline", "online"];
@@ -56,6 +58,24 @@ impl Topics {
     /// A topic of a sensor.
     pub fn sensor(&self, about: &About, topic: &str) -> String {
         format!("{}/{}/{}/{topic}", self.site, self.bus, about.name)
+    }
+
+    /// The name of the sensor with this topic; None: it is on another bus.
+    fn name<'a>(&self, topic: &'a str) -> Option<&'a str> {
+        let parts: Vec<&str> = topic.split('/').collect();
+        match parts[..] {
+            [site, bus, name, _] if site == self.site && bus == self.bus => Some(name),
+            _ => None,
+        }
+    }
+
+    /// The makers of the sensors of this bus in earlier runs, by their names.
+    pub fn makers(&self, known: &Known) -> BTreeMap<String, String> {
+        let known = known.makers().iter();
+        let known = known.filter_map(|(topic, maker)| Some((self.name(topic)?, maker)));
+        known
+            .map(|(name, maker)| (name.to_owned(), maker.clone()))
+            .collect()
     }
 
     /// What Home Assistant must know of a sensor: the topics and their documents.

@@ -2,6 +2,7 @@
 
 use super::plan::{Item, Plan};
 use crate::backup::{Unread, read_text, write_file};
+use crate::counted::Settings;
 use crate::error::{Error, Fault, FileError};
 use crate::identify::Found;
 use crate::master::Target;
@@ -66,10 +67,7 @@ impl Row {
             angles => format!(", zero ({})", angles.join(", ")),
         };
         let (name, product, address) = (&self.name, &self.product, &self.address);
-        let settings = match self.settings {
-            1 => "1 setting".to_owned(),
-            count => format!("{count} settings"),
-        };
+        let settings = Settings::from(self.settings);
         format!(
             "{name}  {product}, serial {serial}, {address}{rate}; {settings} stored and compared{zero}"
         )

@@ -1,5 +1,6 @@
 //! What is wrong with a bus.
 
+use crate::counted::{Errors, Frames};
 use crate::error::Error;
 use serde::{Serialize, Serializer};
 use serde_json::json;
@@ -10,18 +11,18 @@ texts! {
     Finding {
         Silent = "no frame and no error was seen: check power and wiring of the sensors. A GEMAC sensor as delivered sends nothing by itself: `plumbline doctor --active` or `plumbline scan --active` asks it",
             "kein Frame und kein Fehler: Prüfen Sie Versorgung und Verdrahtung der Sensoren. Ein GEMAC-Sensor wie geliefert sendet von selbst nichts: `plumbline doctor --active` oder `plumbline scan --active` fragt ihn";
-        OnlyErrors(errors: u64) = "{errors} errors and no valid frame at any bit rate: check for CAN_H and CAN_L exchanged or shorted, and whether two nodes have different bit rates; connect the nodes one after the other",
-            "{errors} Fehler und kein gültiger Frame auf einer Bitrate: Prüfen Sie, ob CAN_H und CAN_L vertauscht oder kurzgeschlossen sind und ob zwei Knoten verschiedene Bitraten haben; schließen Sie die Knoten nacheinander an";
+        OnlyErrors(errors: Errors) = "{errors} and no valid frame at any bit rate: check for CAN_H and CAN_L exchanged or shorted, and whether two nodes have different bit rates; connect the nodes one after the other",
+            "{errors} und kein gültiger Frame auf einer Bitrate: Prüfen Sie, ob CAN_H und CAN_L vertauscht oder kurzgeschlossen sind und ob zwei Knoten verschiedene Bitraten haben; schließen Sie die Knoten nacheinander an";
         WrongRate(given: &'static str, own: &'static str) = "the bus has {own}, not {given}: use --rate of the bus, or change the node with `plumbline rate`",
             "der Bus hat {own}, nicht {given}: Verwenden Sie die Bitrate des Busses, oder ändern Sie die des Knotens";
         Unacknowledged(id: String) = "nobody acknowledges {id}, it is repeated all the time: its sender is alone on the bus. Connect and switch on a second node, check the wires between both and that both have the same bit rate",
             "niemand bestätigt {id}, er wird ständig wiederholt: Sein Sender ist allein am Bus. Schließen Sie einen zweiten Knoten an und schalten ihn ein, prüfen Sie die Leitung zwischen beiden und dass beide dieselbe Bitrate haben";
-        NotTaken(errors: u64) = "nobody acknowledges the frames of the adapter ({errors} errors): no node is switched on at this bit rate, or a wire is broken. Check power and wires, and try another --rate",
-            "niemand bestätigt die Frames des Adapters ({errors} Fehler): Auf dieser Bitrate ist kein Knoten eingeschaltet, oder eine Leitung ist unterbrochen. Prüfen Sie Versorgung und Leitungen, und versuchen Sie eine andere Bitrate";
-        Disturbed(errors: u64, frames: u64) = "{errors} errors in {frames} frames of several identifiers: probably a terminator is missing. Switch the power off and measure 60 ohm between CAN_H and CAN_L (120 ohm: one is missing); then check shield, length of stubs and cables",
-            "{errors} Fehler in {frames} Frames mehrerer Identifier: Wahrscheinlich fehlt ein Abschlusswiderstand. Schalten Sie die Versorgung aus, und messen Sie 60 Ohm zwischen CAN_H und CAN_L (120 Ohm: einer fehlt); prüfen Sie dann Schirm, Länge der Stichleitungen und Kabel";
-        OneDisturbed(id: String, errors: u64) = "{errors} errors, nearly all before frames with {id}: two nodes send it, or its sender has a bad connection or another bit timing. Disconnect one node after the other until the errors end",
-            "{errors} Fehler, fast alle vor Frames mit {id}: Zwei Knoten senden ihn, oder sein Sender hat eine schlechte Verbindung oder ein anderes Bit-Timing. Trennen Sie einen Knoten nach dem anderen, bis die Fehler enden";
+        NotTaken(errors: Errors) = "nobody acknowledges the frames of the adapter ({errors}): no node is switched on at this bit rate, or a wire is broken. Check power and wires, and try another --rate",
+            "niemand bestätigt die Frames des Adapters ({errors}): Auf dieser Bitrate ist kein Knoten eingeschaltet, oder eine Leitung ist unterbrochen. Prüfen Sie Versorgung und Leitungen, und versuchen Sie eine andere Bitrate";
+        Disturbed(errors: Errors, frames: Frames) = "{errors} in {frames} of several identifiers: probably a terminator is missing. Switch the power off and measure 60 ohm between CAN_H and CAN_L (120 ohm: one is missing); then check shield, length of stubs and cables",
+            "{errors} in {frames} mehrerer Identifier: Wahrscheinlich fehlt ein Abschlusswiderstand. Schalten Sie die Versorgung aus, und messen Sie 60 Ohm zwischen CAN_H und CAN_L (120 Ohm: einer fehlt); prüfen Sie dann Schirm, Länge der Stichleitungen und Kabel";
+        OneDisturbed(id: String, errors: Errors) = "{errors}, nearly all before frames with {id}: two nodes send it, or its sender has a bad connection or another bit timing. Disconnect one node after the other until the errors end",
+            "{errors}, fast alle vor Frames mit {id}: Zwei Knoten senden ihn, oder sein Sender hat eine schlechte Verbindung oder ein anderes Bit-Timing. Trennen Sie einen Knoten nach dem anderen, bis die Fehler enden";
         Doubled(id: String) = "two nodes seem to send {id}: its intervals alternate. Connect one of them alone and give it another address",
             "zwei Knoten senden anscheinend {id}: Seine Abstände wechseln sich ab. Schließen Sie einen davon allein an, und geben Sie ihm eine andere Adresse";
         SameAddress(address: String) = "two nodes have told the address {address}: connect one of them alone and give it another one",
@@ -29,8 +30,8 @@ texts! {
         Twins(told: Error) = "{told}", "{told}";
         Busy(load: f64) = "the bus load is {load} %: frames of low priority wait long. Make the periods longer, or use a higher bit rate",
             "die Buslast ist {load} %: Frames mit niedriger Priorität warten lange. Verlängern Sie die Perioden, oder verwenden Sie eine höhere Bitrate";
-        Overruns(count: u64) = "the adapter has lost at least {count} frames, so the figures are too low: close other programs, or use a faster adapter",
-            "der Adapter hat mindestens {count} Frames verloren, deshalb sind die Zahlen zu klein: Schließen Sie andere Programme, oder verwenden Sie einen schnelleren Adapter";
+        Overruns(count: Frames) = "the adapter has lost at least {count}, so the figures are too low: close other programs, or use a faster adapter",
+            "der Adapter hat mindestens {count} verloren, deshalb sind die Zahlen zu klein: Schließen Sie andere Programme, oder verwenden Sie einen schnelleren Adapter";
     }
 }
 

@@ -4,14 +4,16 @@ use super::{Answer, App};
 use crate::connect::RATES;
 use crate::last::Last;
 use crate::master::{Protocol, j1939};
+use crate::meaning::{self, Named};
 use crate::scan::kbits;
 use crate::sheet::{Entry, Origin, Sheet};
 use adapter::ports;
 use axum::extract::{Path, State};
 use plumbline::model::catalog::PRODUCTS;
 use plumbline::param::{DataType, Permitted};
-use serde_json::{Value, json};
+use serde_json::{Map, Value, json};
 use std::sync::Arc;
+use texts::Text;
 
 /// The ports of this computer, and what the command line says.
 pub(super) async fn ports(State(app): State<Arc<App>>) -> Answer {
@@ -75,9 +77,14 @@ pub(super) async fn products(State(app): State<Arc<App>>) -> Answer {
 pub(super) async fn parameters(State(app): State<Arc<App>>, Path(key): Path<String>) -> Answer {
     let sheet = app.sheets.sheet(&key)?;
     let rows = sheet.entries.iter().map(|entry| row(&sheet, entry));
+    let names = sheet.entries.iter().flat_map(|entry| entry.meanings);
+    let names = names.map(|(_, name)| *name);
+    let german = names.map(|name| (name.to_owned(), meaning::german(name).into()));
+    let german = german.filter(|(name, german): &(String, Value)| german != name);
     Ok(axum::Json(json!({
         "sheet": key,
         "product": sheet.product.name,
+        "german": german.collect::<Map<_, _>>(),
         "entries": rows.collect::<Vec<_>>(),
     })))
 }
@@ -100,12 +107,14 @@ fn row(sheet: &Sheet, entry: &Entry) -> Value {
         Permitted::Range(low, high) => high - low + 1 == choices.len() as i64,
         _ => false,
     };
+    let range = entry.writable.then(|| entry.range());
     json!({
         "name": entry.name,
         "title": entry.title,
         "kind": kind,
         "unit": entry.scale.unit,
-        "range": if entry.writable { entry.range() } else { String::new() },
+        "range": range.as_ref().map(Named::to_string).unwrap_or_default(),
+        "ranges": range.as_ref().map(Text::texts),
         "follows": sheet.follows_resolution(entry),
         "factory": entry.factory.map(|factory| entry.json(factory)),
         "plusNode": entry.node_relative,

@@ -3,6 +3,7 @@
 use super::action::Answers;
 use super::{State, Worker};
 use crate::cli::frames::speed;
+use crate::counted::Lines;
 use crate::decode::log::each_of;
 use crate::error::{Error, Fault, FileError, PageError};
 use crate::note::Note;
@@ -122,7 +123,7 @@ impl Worker {
                 Ok(())
             })?;
             if others > 0 {
-                terminal.note(&Note::OtherLines(others));
+                terminal.note(&Note::OtherLines(Lines(others)));
             }
             let round = recording.finish(log.name.clone())?;
             let total = round.count();

@@ -138,7 +138,7 @@ mod tests {
         let worker = Worker::new(receiver, Arc::new(Hub::default()), opener, stop.clone());
         let demo = demo::unpaced("is2").expect("a sensor");
         let mut link = Link::new(
-            Box::new(Lease::new(Box::new(demo), Rc::default())),
+            Box::new(Lease::new(Box::new(demo), Rc::default(), Box::new(|_| {}))),
             &worker.stopped(),
         );
         let request = Frame::of(CanId::standard(0x300), [0x02, 0, 0, 0, 0, 0, 0, 0], 1);

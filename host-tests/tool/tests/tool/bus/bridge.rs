@@ -13,13 +13,19 @@ use std::path::Path;
 fn bridge(rig: &mut Rig, words: &str) -> (Vec<(String, Value)>, String) {
     let folder = tempfile::tempdir().expect("a folder");
     let buffer = folder.path().join("buffer");
+    let notes = run(rig, words, &buffer);
+    (samples(&buffer), notes)
+}
+
+/// Runs `bridge` with this buffer and returns its notes.
+fn run(rig: &mut Rig, words: &str, buffer: &Path) -> String {
     let words = format!(
         "{words} --mqtt mqtt://127.0.0.1:1 --site s --bus b --buffer {}",
         buffer.display()
     );
     let ended = rig.tool(&words);
     assert_eq!(ended.code, 0, "{ended:?}");
-    (samples(&buffer), ended.notes)
+    ended.notes
 }
 
 /// The samples in a buffer; their numbers have no gap.
@@ -72,6 +78,27 @@ fn sensors_of_two_makers_with_one_serial_number_have_different_topics() {
     let counts = ["s/b/7/angle", "s/b/canopen-50/angle"].map(|topic| count(&samples, topic));
     assert!(
         counts.iter().all(|count| (19..=21).contains(count)),
+        "{counts:?}"
+    );
+}
+
+#[test]
+fn topic_stays_with_the_sensor_that_has_had_it_before_the_restart() {
+    let mut rig = Rig::new(BusRate::Fixed(BitRate::K125));
+    let folder = tempfile::tempdir().expect("a folder");
+    let words = "--rate 125 bridge --active --every 100 --seconds 1";
+    rig.attach("ims360", 7);
+    rig.run(2500);
+    run(&mut rig, words, folder.path());
+    let first = samples(folder.path()).len();
+    // Its node-ID is smaller, so it is found first.
+    rig.attach("jn2101", 7);
+    rig.run(2500);
+    run(&mut rig, words, folder.path());
+    let samples = samples(folder.path()).split_off(first);
+    let counts = ["s/b/7/angle", "s/b/canopen-10/angle"].map(|topic| count(&samples, topic));
+    assert!(
+        counts.iter().all(|count| (9..=11).contains(count)),
         "{counts:?}"
     );
 }

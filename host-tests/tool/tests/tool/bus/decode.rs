@@ -324,7 +324,10 @@ fn file_without_a_frame_is_refused_and_a_wrong_line_is_left_out() {
     std::fs::write(&path, b"\xFF\n\n(1.0) can0 123#00 R // text\n").unwrap();
     let ended = rig.tool(&command);
     assert_eq!((ended.code, &*ended.out), (0, "(1.0) can0 123#00\n"));
-    assert!(ended.notes.contains("1 lines of the log"), "{ended:?}");
+    assert!(
+        ended.notes.contains("left out: 1 line of the log"),
+        "{ended:?}"
+    );
     std::fs::remove_file(&path).unwrap();
     assert_eq!(rig.fails(&command), (4, "no-file".to_owned()));
 }

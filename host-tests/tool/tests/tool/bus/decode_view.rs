@@ -146,5 +146,5 @@ fn filtered_log_has_only_the_frames_of_the_filter() {
         "{text}"
     );
     assert_eq!(text.lines().count(), 6, "{text}");
-    assert!(out.starts_with("6 frames"), "{out}");
+    assert!(out.starts_with("recorded 6 frames"), "{out}");
 }

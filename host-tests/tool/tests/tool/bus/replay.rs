@@ -2,6 +2,7 @@
 
 use super::rig::{Rig, file};
 use can_wire::text::frame;
+use plumbline_tool::counted::Frames;
 use std::path::PathBuf;
 
 /// A log with this text.
@@ -96,7 +97,7 @@ fn frames_of_a_log_have_their_spacing() {
         let ended = rig.tool(&format!("replay {} {options}", path.display()));
         assert_eq!(ended.code, 0, "{options}: {ended:?}");
         assert_eq!(replayed(&mut rig), expected(frames), "{options}");
-        let told = format!("sent {} frames at 125 kbit/s\n", frames.len());
+        let told = format!("sent {} at 125 kbit/s\n", Frames::from(frames.len()));
         assert_eq!(ended.out, told, "{options}");
     }
     let ended = rig.tool(&format!("replay {}", path.display()));

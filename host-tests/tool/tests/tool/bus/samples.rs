@@ -142,7 +142,7 @@ fn sensor_that_stops_answering_is_reported_while_the_command_runs() {
     let record = format!("--id 300 record {} --every 100 --seconds 6", path.display());
     let ended = rig.tool(&record);
     assert_eq!(ended.code, 3, "{ended:?}");
-    assert!(ended.out.contains(" samples are in "), "{ended:?}");
+    assert!(ended.out.contains("recorded "), "{ended:?}");
     assert!(ended.notes.contains(SILENT), "{ended:?}");
     let rows = std::fs::read_to_string(&path).unwrap().lines().count();
     assert!((15..=21).contains(&rows), "{rows}");
@@ -272,7 +272,7 @@ fn lines_of_the_adapter_that_cannot_be_read_are_told_in_place_of_the_wiring() {
     for _ in 0..19 {
         rig.unread.take(b"y18EA".to_vec());
     }
-    let told = "19 lines that are not slcan, the first is \"y18EA\"";
+    let told = "19 lines not in the format of slcan, the first is \"y18EA\"";
     for command in ["--rate 250 --id 300 watch --seconds 1", "--rate 250 scan"] {
         let ended = rig.tool(command);
         assert_eq!(ended.code, 0, "{ended:?}");

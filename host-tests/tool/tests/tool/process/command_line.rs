@@ -326,7 +326,7 @@ fn losses_of_a_data_sheet_are_told_also_without_a_sensor() {
     let notes = String::from_utf8_lossy(&output.stderr);
     assert!(output.status.success(), "{notes}");
     let line = format!("line {} of the data sheet is no", text.lines().count() + 2);
-    for part in [&*line, "entries of the data sheet have"] {
+    for part in [&*line, "of the data sheet with a type"] {
         assert!(notes.contains(part), "{part}: {notes}");
     }
 }

@@ -2,6 +2,7 @@
 
 use crate::serve::client::{Running, Tab};
 use serde_json::{Value, json};
+use std::thread;
 
 /// A request that is performed.
 #[track_caller]
@@ -83,6 +84,24 @@ fn frames_of_a_demonstration_are_lost_and_late() {
 }
 
 #[test]
+fn demonstration_is_moved_while_an_action_waits_for_it() {
+    let server = Running::connected("is2");
+    let mut tab = server.tab();
+    tab.wait("samples", |_| true);
+    let aligned = thread::scope(|scope| {
+        let align = scope.spawn(|| server.post("/api/align", "{}"));
+        tab.wait("note", |note| {
+            let text = note["texts"]["en"].as_str();
+            text.is_some_and(|text| text.contains("not at rest"))
+        });
+        // It sways until it is placed on a surface.
+        done(&server, json!({"do": "tilt", "x": 3, "y": -1}));
+        align.join().expect("an answer")
+    });
+    assert_eq!(aligned.code(), "asks", "{aligned:?}");
+}
+
+#[test]
 fn wrong_requests_to_a_virtual_sensor_change_nothing() {
     let server = Running::connected("is2");
     for (request, code) in [
@@ -104,6 +123,20 @@ fn wrong_requests_to_a_virtual_sensor_change_nothing() {
     ] {
         let answer = server.post("/api/stand-in", &request.to_string());
         assert_eq!(answer.code(), code, "{request}");
+    }
+    for (request, german) in [
+        (
+            json!({"do": "tilt", "x": 80, "y": 80.5}),
+            "die Lage X = 80°, Y = 80,5° gibt es nicht",
+        ),
+        (
+            json!({"do": "temperature", "celsius": 300}),
+            "die Temperatur in °C ist -100 bis 200",
+        ),
+    ] {
+        let answer = server.post("/api/stand-in", &request.to_string());
+        let told = format!("der virtuelle Sensor lehnt ab: {german}");
+        assert_eq!(answer.json()["texts"]["de"], told, "{request}");
     }
     let nobody = Running::new();
     let level = r#"{"do":"tilt","x":0,"y":0}"#;

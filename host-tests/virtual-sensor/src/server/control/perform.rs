@@ -1,5 +1,6 @@
 //! What the requests of control clients do.
 
+use super::refused::Refused;
 use super::request::{MemoryFault, Request, Side, Topic, parse};
 use super::unit::{Unit, angles, seconds};
 use crate::server::passage::Rule;
@@ -18,9 +19,6 @@ use stm32_sim::Microcontroller;
 /// The longest advance in s: the server does nothing else meanwhile.
 const LONGEST_ADVANCE: f64 = 60.0;
 
-/// A request that names a sensor although it is not for one.
-const OF_ALL: &str = "this request is not for one sensor";
-
 /// The members of the answer, or why the request was refused.
 pub type Answer = Result<Value, String>;
 
@@ -29,7 +27,7 @@ impl Server {
     pub(super) fn perform(&mut self, id: ClientId, line: &[u8]) -> Result<Answer, RunError> {
         Ok(match parse(line) {
             Err(error) => Err(error),
-            Ok((request, Some(_))) if request.is_of_all() => Err(OF_ALL.into()),
+            Ok((request, Some(_))) if request.is_of_all() => Err(Refused::OfAll.into()),
             Ok((Request::Advance { seconds }, _)) => match self.advance_limit(seconds) {
                 Err(error) => Err(error),
                 Ok(limit) => {
@@ -107,7 +105,7 @@ impl Server {
                     control.topics = events;
                 }
             }
-            request => return self.units[unit?].perform(&mut self.bus, request),
+            request => return Ok(self.units[unit?].perform(&mut self.bus, request)?),
         }
         Ok(json!({}))
     }
@@ -134,12 +132,15 @@ impl Unit {
     /// Performs a request for this sensor, which takes no time.
     ///
     /// # Errors
-    /// A sentence: it is not possible, or not for one sensor. Then nothing has changed.
-    pub fn perform(&self, bus: &mut Bus, request: Request) -> Answer {
+    /// It is not possible, or not for one sensor. Then nothing has changed.
+    pub fn perform(&self, bus: &mut Bus, request: Request) -> Result<Value, Refused> {
         match request {
             Request::State {} => return Ok(self.state(bus)),
             Request::Image {} => return Ok(self.image(bus)),
-            Request::Tilt { x, y } => return self.play(bus, |_, axes| Scene::tilt(x, y, axes)),
+            Request::Tilt { x, y } => {
+                let tilted = self.play(bus, |_, axes| Scene::tilt(x, y, axes));
+                return tilted.map_err(|why| Refused::Tilt(x, y, why.to_string()));
+            }
             Request::Rate { x, y, seconds } => {
                 return self.play(bus, |from, axes| Scene::turn(from, (x, y), seconds, axes));
             }
@@ -150,11 +151,11 @@ impl Unit {
                 return self.play(bus, |_, _| read(file.as_deref(), csv.as_deref()));
             }
             Request::Temperature { celsius } => {
-                let celsius = within(celsius, -100.0, 200.0, "temperature in degC")?;
+                let celsius = within(celsius, (-100.0, 200.0), Refused::Temperature)?;
                 self.stage.set_temperature(celsius);
             }
             Request::Supply { volts } => {
-                let volts = within(volts, 0.0, 60.0, "supply in V")?;
+                let volts = within(volts, (0.0, 60.0), Refused::Supply)?;
                 self.stage.set_supply(volts);
             }
             Request::Accelerometer { fault } => {
@@ -168,7 +169,7 @@ impl Unit {
             }
             Request::Damage {} => {
                 if !bus.device_mut(self.device).flash().corrupt_newest() {
-                    return Err("nothing was saved since the start of the program".into());
+                    return Err(Refused::NothingSaved);
                 }
             }
             Request::Power { on } => {
@@ -190,13 +191,13 @@ impl Unit {
             Request::CutInSave { operations, seed } => {
                 let sensor = bus.device_mut(self.device);
                 if !sensor.is_on() {
-                    return Err("the sensor is off".into());
+                    return Err(Refused::Off);
                 }
                 sensor.flash().cut_in_operation_after(operations, seed);
             }
             Request::BusOff {} => return self.drive_bus_off(bus),
             Request::Corrupt { count } => bus.corrupt(count, Some(Source::Device(self.device))),
-            _ => return Err(OF_ALL.into()),
+            _ => return Err(Refused::OfAll),
         }
         Ok(json!({}))
     }
@@ -206,10 +207,11 @@ impl Unit {
         &self,
         bus: &mut Bus,
         make: impl FnOnce((f64, f64), Axes) -> Result<Scene, SceneError>,
-    ) -> Answer {
+    ) -> Result<Value, Refused> {
         let now = bus.now();
         let axes = self.axes(bus);
-        let scene = make(self.stage.angles(now, axes), axes).map_err(|error| error.to_string())?;
+        let scene = make(self.stage.angles(now, axes), axes);
+        let scene = scene.map_err(|error| Refused::Scene(error.to_string()))?;
         let end = scene.end();
         let to = end.map(|end| angles(scene.angles(end, axes), axes));
         self.stage.play(now, scene);
@@ -221,27 +223,24 @@ impl Unit {
     }
 
     /// Refuses a fault that the accelerometer of a firmware image cannot have.
-    fn check_fault(&self, bus: &Bus, fault: Option<Fault>) -> Result<(), String> {
+    fn check_fault(&self, bus: &Bus, fault: Option<Fault>) -> Result<(), Refused> {
         let device = bus.device(self.device);
         let chip = Microcontroller::of(device);
         let is_adxl355 = chip.is_some_and(|chip| chip.io().adxl355.is_some());
         match fault {
             Some(fault @ (Fault::Silent | Fault::Stopped | Fault::Frozen)) if is_adxl355 => {
-                let name = fault.name();
-                Err(format!(
-                    "the ADXL355 of the simulated board has no fault {name}"
-                ))
+                Err(Refused::NotOfElement(fault.name()))
             }
             _ => Ok(()),
         }
     }
 
     /// Disturbs the frames of a sensor until it is bus-off.
-    fn drive_bus_off(&self, bus: &mut Bus) -> Answer {
+    fn drive_bus_off(&self, bus: &mut Bus) -> Result<Value, Refused> {
         let sensor = bus.device(self.device);
         let takes_part = sensor.mode() == Some(BusMode::Normal);
         let Some((errors, _)) = sensor.error_counters().filter(|_| takes_part) else {
-            return Err("the sensor does not take part in the bus".into());
+            return Err(Refused::NotOnBus);
         };
         // A frame on the wire may still end well, which takes 1 from the counter. Bus-off is above 255.
         let errors = u32::from(errors).saturating_sub(1);
@@ -252,19 +251,21 @@ impl Unit {
 }
 
 /// A number of seconds as a span.
-pub(in crate::server) fn span(seconds: f64, longest: f64) -> Result<Duration, String> {
+pub(in crate::server) fn span(seconds: f64, longest: f64) -> Result<Duration, Refused> {
     if !(0.0..=longest).contains(&seconds) {
-        return Err(format!("the seconds are 0 to {longest}"));
+        return Err(Refused::Seconds(longest));
     }
     Ok(Duration::from_ticks((seconds * 1e6).round() as u64))
 }
 
 /// The value if it is within these limits.
-fn within(value: Option<f64>, low: f64, high: f64, what: &str) -> Result<Option<f64>, String> {
+fn within(
+    value: Option<f64>,
+    (low, high): (f64, f64),
+    refused: fn(f64, f64) -> Refused,
+) -> Result<Option<f64>, Refused> {
     match value {
-        Some(value) if !(low..=high).contains(&value) => {
-            Err(format!("the {what} is {low} to {high}"))
-        }
+        Some(value) if !(low..=high).contains(&value) => Err(refused(low, high)),
         value => Ok(value),
     }
 }

@@ -16,12 +16,13 @@ pub struct Unsynced {
 }
 
 impl Unsynced {
-    /// Brings it to the disk.
+    /// Brings it to the disk. A file that fails does not keep the others from it.
     ///
     /// # Errors
     /// A file cannot be written.
     pub fn write(&self) -> io::Result<()> {
-        self.files.iter().try_for_each(File::sync_data)?;
+        let written = self.files.iter().map(File::sync_data);
+        written.fold(Ok(()), io::Result::and)?;
         match self.is_new {
             true => keep(&self.folder, self.acknowledged),
             false => Ok(()),

@@ -63,7 +63,7 @@ fn angle_beyond_16_bits_is_an_empty_field_and_counted() {
         let fields: Vec<&str> = row.split(',').collect();
         assert_eq!((fields[1], fields[2]), ("", "0.000"), "{row}");
     }
-    let note = format!("{all} samples have an empty value");
+    let note = format!("{all} samples with an empty value");
     assert!(ended.notes.contains(&note), "{ended:?}");
     let shown = rig.tool("--node 10 watch --cyclic --seconds 0.1");
     assert!(shown.out.contains("slope-long16           -"), "{shown:?}");
@@ -108,7 +108,7 @@ fn j1939_sensor_without_valid_angles_is_alive() {
         let empty = ended.out.lines().filter(|line| line.contains("     -"));
         let count = empty.count();
         assert!((76..=82).contains(&count), "{count} {ended:?}");
-        let note = format!("{count} samples have an empty value");
+        let note = format!("{count} samples with an empty value");
         assert!(ended.notes.contains(&note), "{}", ended.notes);
     }
 }
