@@ -15,6 +15,9 @@ use std::time::Duration;
 /// The wait of the thread for bytes, between two checks whether it must end.
 pub const SLICE: Duration = Duration::from_millis(50);
 
+/// The wait for the end of the thread. A read of a driver that never returns must not hold the program.
+const ENDING: Duration = Duration::from_secs(1);
+
 /// The pieces that the thread reads ahead. The operating system keeps what comes after them.
 const AHEAD: usize = 64;
 
@@ -32,6 +35,8 @@ pub struct Background<W> {
     rest: Vec<u8>,
     is_ending: Arc<AtomicBool>,
     thread: Option<JoinHandle<()>>,
+    /// Its sender is dropped when the thread ends.
+    ended: Receiver<()>,
 }
 
 impl<W: Write> Background<W> {
@@ -46,7 +51,9 @@ impl<W: Write> Background<W> {
         let (sender, pieces) = sync_channel(AHEAD);
         let is_ending = Arc::new(AtomicBool::new(false));
         let ends = is_ending.clone();
+        let (is_running, ended) = sync_channel(0);
         let run = move || {
+            let _is_running = is_running;
             while !ends.load(Ordering::Relaxed) && next(&mut read, &sender) {}
         };
         let thread = thread::Builder::new()
@@ -58,6 +65,7 @@ impl<W: Write> Background<W> {
             rest: Vec::new(),
             is_ending,
             thread: Some(thread),
+            ended,
         })
     }
 }
@@ -109,7 +117,8 @@ impl<W> Drop for Background<W> {
         self.is_ending.store(true, Ordering::Relaxed);
         // A thread that waits for room ends too.
         self.pieces = None;
-        if let Some(thread) = self.thread.take() {
+        let has_ended = self.ended.recv_timeout(ENDING) == Err(RecvTimeoutError::Disconnected);
+        if let Some(thread) = self.thread.take().filter(|_| has_ended) {
             // The port is closed when the thread has ended, so that it can be opened again.
             let _ = thread.join();
         }
@@ -164,6 +173,24 @@ mod tests {
     fn stream_that_nobody_reads_ends() {
         let pieces = std::iter::repeat_with(|| Ok(vec![0; PIECE])).take(10 * AHEAD);
         drop(stream(pieces.collect()));
+    }
+
+    /// The read returns only after the stream is dropped: a wait for it would not end.
+    #[test]
+    fn stream_whose_read_does_not_return_ends() {
+        let (begins, begun) = sync_channel(1);
+        let (end, ended) = sync_channel::<()>(0);
+        let read = move |_: &mut [u8]| {
+            let _ = begins.send(());
+            match ended.recv() {
+                Ok(()) => Ok(1),
+                Err(_) => Err(io::ErrorKind::WouldBlock.into()),
+            }
+        };
+        let stream = Background::start(io::sink(), read).unwrap();
+        begun.recv().unwrap();
+        drop(stream);
+        drop(end);
     }
 
     /// The read of the thread, which can be longer than a wait, does not return before the wait has ended.

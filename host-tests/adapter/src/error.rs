@@ -26,6 +26,8 @@ errors! {
             "slcan: braucht einen seriellen Anschluss, zum Beispiel slcan:/dev/ttyACM0 oder slcan:COM3; slcan://HOST:PORT ist slcan über TCP";
         Meant(port: String, meant: String): Usage "unknown-port" = "there is no port {port:?}: did you mean {meant}?",
             "es gibt keinen Anschluss {port:?}: Meinten Sie {meant}?";
+        NoDriver(port: String): Usage "unknown-port" = "{port:?} has no port on this system, because there is no maintained Rust library for its driver: on Linux its port is can0. Here use an adapter of PEAK (pcan), with candleLight (usb) or with slcan (slcan:COM3)",
+            "{port:?} hat auf diesem System keinen Anschluss, weil es für seinen Treiber keine gepflegte Rust-Bibliothek gibt: Unter Linux ist sein Anschluss can0. Verwenden Sie hier einen Adapter von PEAK (pcan), mit candleLight (usb) oder mit slcan (slcan:COM3)";
         UnknownPort(port: String): Usage "unknown-port" = "there is no port {port:?}: {PORTS}",
             "es gibt keinen Anschluss {port:?}: {PORTS_DE}";
         NoHost(port: String): Usage "unknown-port" = "{port:?} has no host or no valid port number: write slcan://HOST:PORT, for example slcan://127.0.0.1:11898",
@@ -67,8 +69,8 @@ errors! {
             "{path} lässt sich nicht öffnen ({reason}): Dieser Computer hat keinen seriellen Anschluss: Stecken Sie den Adapter ein";
         OtherPorts(path: String, reason: String, ports: String): Bus "no-adapter" = "cannot open {path} ({reason}): the serial ports are {ports}",
             "{path} lässt sich nicht öffnen ({reason}): Die seriellen Anschlüsse sind {ports}";
-        NotSlcan(name: String): Bus "adapter-silent" = "{name} does not answer like an slcan adapter: check the port. CANable sticks with slcan firmware do not answer; use their candleLight firmware and SocketCAN",
-            "{name} antwortet nicht wie ein slcan-Adapter: Prüfen Sie den Anschluss. CANable mit slcan-Firmware antworten nicht; verwenden Sie ihre candleLight-Firmware und SocketCAN";
+        NotSlcan(name: String): Bus "adapter-silent" = "{name} does not answer like an slcan adapter: is it the port of the adapter (`plumbline ports`), and no other program has it open? Unplug it and plug it in again. CANable sticks with slcan firmware do not answer; use their candleLight firmware with the port usb or can0",
+            "{name} antwortet nicht wie ein slcan-Adapter: Ist es der Anschluss des Adapters (`plumbline ports`), und hat ihn kein anderes Programm geöffnet? Stecken Sie ihn neu ein. CANable mit slcan-Firmware antworten nicht; verwenden Sie ihre candleLight-Firmware mit dem Anschluss usb oder can0";
         Foreign(name: String, text: String): Bus "no-adapter" = "{name} is not an slcan adapter: it sends {text:?}. Check the port; other ports are can0 and usb",
             "{name} ist kein slcan-Adapter: Er sendet {text:?}. Prüfen Sie den Anschluss; andere Anschlüsse sind can0 und usb";
         FrameRefused(name: String): Bus "frame-refused" = "{name} refused a frame, because its queue is full or the bus is off: check the bit rate and the wiring",

@@ -15,6 +15,7 @@ pub mod background;
 pub mod bench;
 mod error;
 pub mod gs_usb;
+mod meant;
 pub mod pcan;
 pub mod ports;
 pub mod serial;
@@ -26,6 +27,7 @@ pub mod unread;
 
 pub use error::{AdapterError, PcanHint, UsbHint};
 
+use meant::{Meant, is_address, meant};
 use plumbline::can::{BitRate, Frame};
 use plumbline::time::Instant;
 use std::any::Any;
@@ -157,6 +159,11 @@ pub fn connect(port: &str) -> Result<Box<dyn Adapter>, AdapterError> {
         if path.is_empty() {
             return Err(AdapterError::SerialPort);
         }
+        if let Some(Meant::Port(meant)) = meant(port, None)
+            && meant.starts_with("slcan://")
+        {
+            return Err(AdapterError::Meant(port.to_owned(), meant));
+        }
         let adapter = serial::open(path)?;
         return Ok(match is_in_bus_time() {
             true => Box::new(adapter.in_bus_time()?),
@@ -175,8 +182,15 @@ pub fn connect(port: &str) -> Result<Box<dyn Adapter>, AdapterError> {
     if let Some(channel) = port.strip_prefix("pcan:") {
         return Ok(Box::new(pcan::connect(channel)?));
     }
-    if let Some(meant) = meant(port) {
-        return Err(AdapterError::Meant(port.to_owned(), meant));
+    let interfaces = ports::interfaces();
+    if interfaces.iter().any(|own| own == port) {
+        return interface(port);
+    }
+    let is_linux = cfg!(target_os = "linux");
+    match meant(port, is_linux.then_some(&interfaces[..])) {
+        Some(Meant::Port(meant)) => return Err(AdapterError::Meant(port.to_owned(), meant)),
+        Some(Meant::Unsupported) => return Err(AdapterError::NoDriver(port.to_owned())),
+        None => {}
     }
     if port.is_empty() || port.contains([':', '/']) {
         return Err(AdapterError::UnknownPort(port.to_owned()));
@@ -184,31 +198,9 @@ pub fn connect(port: &str) -> Result<Box<dyn Adapter>, AdapterError> {
     interface(port)
 }
 
-/// The port that a user means who writes the name of a device only.
-fn meant(port: &str) -> Option<String> {
-    let upper = port.to_ascii_uppercase();
-    let is_number = |text: &str| !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_digit());
-    if upper.strip_prefix("COM").is_some_and(is_number) || port.starts_with("/dev/") {
-        return Some(format!("slcan:{port}"));
-    }
-    if ["ttyACM", "ttyUSB", "cu.", "tty."]
-        .iter()
-        .any(|start| port.starts_with(start))
-    {
-        return Some(format!("slcan:/dev/{port}"));
-    }
-    if pcan::is_channel(&upper) {
-        return Some(format!("pcan:{}", upper.trim_start_matches("PCAN_")));
-    }
-    None
-}
-
 /// Refuses an address that is not `HOST:PORT`.
 fn check_address(port: &str, address: &str) -> Result<(), AdapterError> {
-    let is_valid = address.rsplit_once(':').is_some_and(|(host, number)| {
-        !host.is_empty() && number.parse::<u16>().is_ok_and(|number| number > 0)
-    });
-    match is_valid {
+    match is_address(address) {
         true => Ok(()),
         false => Err(AdapterError::NoHost(port.to_owned())),
     }

@@ -60,7 +60,7 @@ fn devices(interfaces: &[String], usb: &[Port]) -> Vec<Listed> {
 }
 
 /// The CAN interfaces of Linux.
-fn interfaces() -> Vec<String> {
+pub(super) fn interfaces() -> Vec<String> {
     /// The type of a CAN interface (ARPHRD_CAN).
     const CAN: &str = "280";
     let entries = std::fs::read_dir("/sys/class/net").into_iter().flatten();

@@ -16,6 +16,10 @@ pub fn connect(port: &str) -> Result<Box<dyn Adapter>, Error> {
             false => Box::new(demo::adapter(product)?),
         });
     }
+    if port == "demo" {
+        let meant = "demo:is2".to_owned();
+        return Err(AdapterError::Meant(port.to_owned(), meant).into());
+    }
     if PRODUCTS.iter().any(|product| product.name == port) {
         let meant = format!("demo:{port}");
         return Err(AdapterError::Meant(port.to_owned(), meant).into());

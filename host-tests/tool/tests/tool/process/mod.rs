@@ -128,6 +128,41 @@ fn serial_port_is_an_adapter() {
     assert_eq!(text.lines().count(), 150, "{watched:?}");
 }
 
+/// A modem, or the port of another device: nothing ever comes from it.
+#[cfg(unix)]
+#[test]
+fn serial_port_that_never_answers_ends_the_program_with_what_to_check() {
+    let (_other_side, path) = sensor::terminal();
+    let port = format!("slcan:{}", path.to_string_lossy());
+    let output = program(&port, "computer", "--rate 250 --id 300 get");
+    let text = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(4), "{text}");
+    for part in [port.as_str(), "plumbline ports", "other program"] {
+        assert!(text.contains(part), "{part}: {text}");
+    }
+}
+
+/// The words for an adapter that a technician tries first.
+#[test]
+fn port_that_is_none_is_refused_with_the_port_that_is_meant() {
+    for (port, meant) in [
+        ("peak", "did you mean pcan?"),
+        ("PCAN-USB", "did you mean pcan?"),
+        (
+            "slcan:socket://127.0.0.1:1",
+            "did you mean slcan://127.0.0.1:1?",
+        ),
+        ("127.0.0.1:1", "did you mean slcan://127.0.0.1:1?"),
+        ("COM3", "did you mean slcan:COM3?"),
+        ("demo", "did you mean demo:is2?"),
+    ] {
+        let output = plumbline(port, "get");
+        let text = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{port} {text}");
+        assert!(text.contains(meant), "{port} {text}");
+    }
+}
+
 #[test]
 fn demonstration_needs_no_hardware() {
     for (product, clock) in [

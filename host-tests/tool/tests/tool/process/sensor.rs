@@ -136,3 +136,14 @@ pub fn document(output: &Output) -> Value {
     assert!(output.status.success(), "{output:?}");
     serde_json::from_slice(&output.stdout).unwrap_or_else(|error| panic!("{error}: {output:?}"))
 }
+
+/// A pseudoterminal: its other side, and its path.
+#[cfg(unix)]
+pub fn terminal() -> (std::os::fd::OwnedFd, std::ffi::CString) {
+    use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
+    let master = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY).expect("a terminal");
+    grantpt(&master).expect("it is ours");
+    unlockpt(&master).expect("it is ours");
+    let path = ptsname(&master, Vec::new()).expect("a name");
+    (master, path)
+}
