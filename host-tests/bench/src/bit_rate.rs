@@ -2,16 +2,48 @@
 
 use plumbline::can::BitRate;
 
-/// One of the ten bit rates, in kbit/s.
+/// How users write the unit behind its prefix.
+const UNITS: [&str; 9] = [
+    "", "bit/s", "bits/s", "bit", "bits", "bps", "b/s", "baud", "bd",
+];
+
+/// Below this, a number without a unit is in kbit/s.
+const BITS: u64 = 10_000;
+
+/// A bit rate in bit/s as users write it: `250`, `250k`, `250 kbit/s`, `0.25M` or `250000`.
+pub fn in_bits(text: &str) -> Option<u64> {
+    let text = text.trim();
+    let is_number = |letter: char| letter.is_ascii_digit() || matches!(letter, '.' | ',');
+    let end = text.find(|letter| !is_number(letter));
+    let (number, unit) = text.split_at(end.unwrap_or(text.len()));
+    let (whole, part) = number.split_once(['.', ',']).unwrap_or((number, ""));
+    let digits: u64 = format!("{whole}{part}").parse().ok()?;
+    let unit = unit.trim_start().to_lowercase();
+    let prefixes = [("k", 1000), ("m", 1_000_000)].into_iter();
+    let prefixed =
+        prefixes.filter_map(|(prefix, factor)| Some((unit.strip_prefix(prefix)?, factor)));
+    let mut known = prefixed.filter(|(unit, _)| UNITS.contains(unit));
+    let factor = match known.next() {
+        Some((_, factor)) => factor,
+        None if unit.is_empty() && digits < BITS => 1000,
+        None if UNITS.contains(&unit.as_str()) => 1,
+        None => return None,
+    };
+    let bits = digits.checked_mul(factor)?;
+    let power = 10_u64.checked_pow(part.len().try_into().ok()?)?;
+    (bits % power == 0).then_some(bits / power)
+}
+
+/// One of the ten bit rates, see [`in_bits`].
 ///
 /// # Errors
 /// The text is not one of them; the message names all of them.
 pub fn bit_rate(text: &str) -> Result<BitRate, String> {
     let kbits = |rate: &BitRate| f64::from(rate.bits_per_second()) / 1000.0;
-    let wanted = text.parse::<f64>().ok();
+    let wanted = in_bits(text);
     BitRate::ALL
         .into_iter()
-        .find(|rate| Some(kbits(rate)) == wanted)
+        .find(|rate| Some(u64::from(rate.bits_per_second())) == wanted)
         .ok_or_else(|| {
             let all: Vec<String> = BitRate::ALL
                 .iter()
@@ -52,10 +84,10 @@ mod tests {
     fn wrong_rate_asks_for_the_nearest_one() {
         for (text, meant) in [
             ("255", "250"),
-            ("250k", "250"),
-            ("250000", "250"),
-            ("250 kbit/s", "250"),
-            ("1M", "1000"),
+            ("255k", "250"),
+            ("255000", "250"),
+            ("1.1M", "1000"),
+            ("250 kb/h", "250"),
             ("62", "62.5"),
             ("1024", "1000"),
         ] {
@@ -66,6 +98,35 @@ mod tests {
             let why = bit_rate(text).unwrap_err();
             assert!(why.ends_with("kbit/s"), "{text}: {why}");
         }
-        assert_eq!(bit_rate("62.5"), Ok(BitRate::K62_5));
+    }
+
+    #[test]
+    fn rate_is_taken_as_users_write_it() {
+        for (rate, texts) in [
+            (
+                BitRate::K250,
+                &[
+                    "250",
+                    "250k",
+                    "250K",
+                    "250kbit/s",
+                    "250 kbit/s",
+                    "250 kBit/s",
+                    "250kbps",
+                    "250 kBaud",
+                    "0.25M",
+                    "0,25 Mbit/s",
+                    "250000",
+                    "250000 bit/s",
+                ][..],
+            ),
+            (BitRate::K62_5, &["62.5", "62,5k", "62500"]),
+            (BitRate::K10, &["10", "10k", "10000"]),
+            (BitRate::M1, &["1000", "1M", "1 Mbit/s", "1000k", "1000000"]),
+        ] {
+            for text in texts {
+                assert_eq!(bit_rate(text), Ok(rate), "{text}");
+            }
+        }
     }
 }

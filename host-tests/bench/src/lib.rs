@@ -37,7 +37,7 @@ pub mod stage;
 pub mod thermal;
 mod updatable;
 
-pub use bit_rate::bit_rate;
+pub use bit_rate::{bit_rate, in_bits};
 pub use bus::{AdapterId, Bus, BusRate, DeviceId, Logged, Source};
 pub use device::Device;
 pub use flash::{Flash, FlashError, Geometry, PAGE_SIZE};

@@ -105,12 +105,25 @@ impl Entry {
     /// The number of a value that a user writes.
     fn number(&self, text: &str) -> Result<i64, NumberError> {
         let text = text.trim();
+        let rate = self.rate(text);
+        let text = rate.as_deref().unwrap_or(text);
         match text.strip_prefix("raw:") {
             Some(raw) => integer(raw).ok_or(NumberError::NoInteger),
             None if self.form == Form::Identifier => identifier(text).map(i64::from),
             None if !self.meanings.is_empty() => self.named(text),
             None => self.scaled(text),
         }
+    }
+
+    /// A bit rate with its unit, as users write it: `250k`, or `250` where the numbers of the protocol are bit rates. Elsewhere a number
+    /// without a unit can be a number of the protocol.
+    fn rate(&self, text: &str) -> Option<String> {
+        let is_own = self.scale.unit.ends_with("bit/s");
+        let can_be_code = text.parse::<u8>().is_ok();
+        let is_rate = |(_, name): &Meaning| name.ends_with("bit/s");
+        let is_named = !can_be_code && self.meanings.iter().any(is_rate);
+        let bits = bench::in_bits(text).filter(|_| is_own || is_named)?;
+        Some(format!("{}.{:03} kbit/s", bits / 1000, bits % 1000))
     }
 
     /// The raw bytes of a number in a scale.

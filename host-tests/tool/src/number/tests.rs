@@ -59,8 +59,30 @@ fn value_is_read_in_every_spelling_of_its_unit() {
         parse("jn2101", "tpdo1-inhibit-time", "1000\u{3bc}s"),
         Ok(10)
     );
-    for text in ["250kbit/s", "250 KBit/S", "0,25mbit/s", "250000"] {
-        assert_eq!(parse("ims360", "baud-rate", text), Ok(250_000), "{text}");
+    for text in [
+        "250",
+        "250k",
+        "250kbit/s",
+        "250 KBit/S",
+        "250kbps",
+        "0,25mbit/s",
+        "250000",
+    ] {
+        for (product, raw) in [
+            ("ims360", 250_000),
+            ("jn2101", 250),
+            ("tiltix080", 1),
+            ("is2", 6),
+        ] {
+            assert_eq!(
+                parse(product, "baud-rate", text),
+                Ok(raw),
+                "{product} {text}"
+            );
+        }
+    }
+    for (product, raw) in [("ims360", 1_000_000), ("is2", 9)] {
+        assert_eq!(parse(product, "baud-rate", "1M"), Ok(raw));
     }
 }
 
@@ -135,7 +157,7 @@ fn beginning_of_a_name_is_no_value() {
         ("is2", "filter-type", "butter"),
         ("is2", "filter-type", "b"),
         ("is2", "filter-type", ""),
-        ("is2", "baud-rate", "250k"),
+        ("is2", "baud-rate", "250kg"),
         ("is2", "baud-rate", "25"),
         ("is2", "baud-rate", "-250"),
         ("jn2101", "filter", "10h"),
