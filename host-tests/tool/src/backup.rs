@@ -56,6 +56,8 @@ pub struct Backup {
     pub label: Option<String>,
     /// Texts that a tool can write, for example the programming key; for people, they are not restored.
     pub texts: Vec<(String, String)>,
+    /// What the sensor had taken from its position, with its value; no other sensor can be given it.
+    pub taken: Vec<(String, String)>,
     /// Entries with their raw numbers.
     pub values: Vec<(Entry, u32)>,
 }
@@ -86,6 +88,7 @@ impl Backup {
             node_id: None,
             label: None,
             texts: Vec::new(),
+            taken: Vec::new(),
             values: Vec::new(),
         }
     }
@@ -141,6 +144,7 @@ impl Backup {
         };
         let serial = sensor.get("serial").and_then(Value::as_integer);
         let texts = texts::read(&table, &sheet);
+        let taken = texts::taken(&table, &sheet);
         let node_id = sensor.get("node-id").map(|value| {
             let node = value.as_integer().and_then(|node| u8::try_from(node).ok());
             node.filter(|node| (1..=127).contains(node))
@@ -154,6 +158,7 @@ impl Backup {
             node_id: node_id.transpose()?,
             label: text("label"),
             texts,
+            taken,
             values: Vec::new(),
         };
         // The resolution comes first: it is the unit of other values.
@@ -309,7 +314,8 @@ impl Backup {
         if let Some(label) = &self.label {
             line("label", quoted(label));
         }
-        text.push_str(&texts::section(&self.texts));
+        text.push_str(&texts::section("texts", "", &self.texts));
+        text.push_str(&texts::section("taken", texts::TAKEN, &self.taken));
         text.push_str("\n[parameters]\n");
         for entry in self.sheet.settings() {
             if let Some((_, raw)) = self.values.iter().find(|(own, _)| own.name == entry.name) {
@@ -333,11 +339,13 @@ impl Backup {
     }
 }
 
-/// The name of the product in the text of a file.
-pub fn product_in(text: &str) -> Option<String> {
+/// The product and the serial number of the sensor in the text of a file.
+pub fn sensor_in(text: &str) -> Option<(String, Option<u32>)> {
     let table: Table = text.parse().ok()?;
-    let name = table.get("sensor")?.get("product")?.as_str()?;
-    Some(name.to_owned())
+    let sensor = table.get("sensor")?;
+    let serial = sensor.get("serial").and_then(Value::as_integer);
+    let serial = serial.and_then(|serial| u32::try_from(serial).ok());
+    Some((sensor.get("product")?.as_str()?.to_owned(), serial))
 }
 
 #[cfg(test)]

@@ -225,7 +225,7 @@ fn asked(
             for target in targets {
                 // A sensor that detects the bit rate needs a frame before it answers.
                 for _ in 0..2 {
-                    let answer = identify::ask(link, *target, latency)?;
+                    let answer = identify::ask_all(link, *target, latency)?;
                     if answer.is_some() {
                         add(&mut found, answer, wanted);
                         break;
@@ -236,7 +236,7 @@ fn asked(
                 if !is_wanted(target, wanted) {
                     continue;
                 }
-                let answer = identify::ask(link, target, identify::PATIENT)?;
+                let answer = identify::ask_all(link, target, identify::PATIENT)?;
                 add(&mut found, answer, wanted);
             }
             if !found.is_empty() || link.now() >= until {
@@ -272,7 +272,7 @@ fn told(
                 continue;
             }
             for target in told(link)? {
-                let answer = identify::ask(link, target, identify::PATIENT)?;
+                let answer = identify::ask_all(link, target, identify::PATIENT)?;
                 add(&mut found, answer, wanted);
             }
             if !found.is_empty() {

@@ -3,7 +3,8 @@
 //! Each protocol has a [`Decoder`], which keeps the nodes that it has recognised. Identifiers of different protocols are the same, so a
 //! frame belongs first to the protocol that has recognised its node, and otherwise to the first one in which it has a meaning.
 //!
-//! A node that has not told its product can be any product of its protocol. A value is decoded if it is the same in all of them.
+//! A node that has not told its product can be any product of its protocol, or a device that is not in the catalogue. What the protocol
+//! itself defines is decoded if it is the same in all products. What the product defines, for example its process data, is shown as bytes.
 
 pub mod database;
 mod device;
@@ -104,6 +105,8 @@ pub struct Decoded {
     pub message: String,
     /// The values in it.
     pub values: Vec<Named>,
+    /// Its values are bytes, because the product is not known.
+    pub needs_product: bool,
 }
 
 impl Decoded {
@@ -116,6 +119,7 @@ impl Decoded {
             product: None,
             message: message.into(),
             values: Vec::new(),
+            needs_product: false,
         }
     }
 
@@ -131,6 +135,19 @@ impl Decoded {
     /// The same with these values.
     pub fn with(self, values: Vec<Named>) -> Self {
         Self { values, ..self }
+    }
+
+    /// The same with data that only the product of the node explains.
+    pub fn needing_product(self, data: &[u8]) -> Self {
+        let values = match data {
+            [] => Vec::new(),
+            data => vec![Named::bytes(data)],
+        };
+        Self {
+            values,
+            needs_product: !data.is_empty(),
+            ..self
+        }
     }
 
     /// Whether a sensor with this address has sent the message, or receives it.

@@ -78,7 +78,17 @@ texts! {
             "{error}. Bitrate und Adresse können die des letzten Befehls sein: Geben Sie sie an, oder suchen Sie den Sensor mit `plumbline scan`";
         NotChanged(error: Error) = "{error}; nothing has changed: choose a rate that the adapter has",
             "{error}; nichts hat sich geändert: Wählen Sie eine Bitrate, die der Adapter hat";
+        Interrupted(error: Error, count: usize, total: usize, kept: Kept) = "{error}. The restore was interrupted: {count} of {total} settings are written{kept}. Check power and wiring, then repeat the same command",
+            "{error}. Die Wiederherstellung ist unterbrochen: {count} von {total} Einstellungen sind geschrieben{kept}. Prüfen Sie Versorgung und Verdrahtung, und wiederholen Sie denselben Befehl";
         Unread(told: Note) = "no answer was read: {told}", "keine Antwort wurde gelesen: {told}";
+    }
+}
+
+texts! {
+    /// What the sensor has of the settings of an interrupted restore.
+    Kept {
+        Written = ", and the sensor keeps them", ", und der Sensor behält sie";
+        NotStored = ", but not stored, so a sensor that was switched off has its old ones", ", aber nicht gespeichert, deshalb hat ein Sensor, der aus war, seine alten";
     }
 }
 

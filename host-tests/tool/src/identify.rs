@@ -4,7 +4,7 @@ use crate::connect;
 use crate::error::{Error, RequestError, SensorError};
 use crate::known::meant;
 use crate::link::Link;
-use crate::master::Target;
+use crate::master::{Target, canopen};
 use crate::session::Session;
 use plumbline::can::BitRate;
 use plumbline::model::catalog::{PRODUCTS, Product, find};
@@ -70,6 +70,20 @@ pub fn product(name: &str) -> Result<&'static Product, Error> {
 pub fn ask(link: &mut Link, target: Target, latency: Duration) -> Result<Option<Found>, Error> {
     let time = question(link, latency);
     target.identify(link, time)
+}
+
+/// The same, and the other sensors that have the same address: a command for one of them would act on all.
+///
+/// # Errors
+/// The adapter fails.
+pub fn ask_all(link: &mut Link, target: Target, latency: Duration) -> Result<Option<Found>, Error> {
+    let mut found = ask(link, target, latency)?;
+    if let Some(found) = &mut found
+        && let Some(node) = found.target.node_id()
+    {
+        found.twins = canopen::identify::others(link, node, found.serial)?;
+    }
+    Ok(found)
 }
 
 /// Refuses another sensor at the address of a session: the serial number differs, or what it tells if it has none.

@@ -6,7 +6,7 @@ use plumbline_tool::command::run;
 use plumbline_tool::error::{Error, FileError, RequestError};
 use plumbline_tool::note::Note;
 use plumbline_tool::output::Terminal;
-use plumbline_tool::question::Question;
+use plumbline_tool::question::{Question, is_yes};
 use std::io::{ErrorKind, IsTerminal, Write, stderr, stdin, stdout};
 use std::process::ExitCode;
 use std::rc::Rc;
@@ -110,7 +110,7 @@ fn asked(question: &Question) -> bool {
     spawn(move || {
         let mut answer = String::new();
         let read = stdin().read_line(&mut answer);
-        let is_yes = read.is_ok() && matches!(answer.trim(), "y" | "Y" | "yes");
+        let is_yes = read.is_ok() && is_yes(&answer);
         let _ = sender.send(is_yes);
     });
     loop {

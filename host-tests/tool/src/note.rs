@@ -52,6 +52,14 @@ texts! {
         FoundNow(line: String) = "this line finds the sensor now: {line}", "diese Zeile findet den Sensor jetzt: {line}";
         FoundAfterRestart(line: String) = "this line finds the sensor after its next restart: {line}",
             "diese Zeile findet den Sensor nach seinem nächsten Neustart: {line}";
+        FramesUnknown(count: u64) = "frames that are in no table: {count}. Give the product with --product, or the data sheet (--eds) or CAN database (--dbc) of the device that sends them",
+            "Frames, die in keiner Tabelle stehen: {count}. Geben Sie das Produkt mit --product an, oder das Datenblatt (--eds) oder die CAN-Datenbank (--dbc) des Geräts, das sie sendet";
+        ProductUnknown(nodes: String) = "the product of {nodes} is not known, so its data are shown as bytes: give it with --product NAME (`plumbline scan` shows it), or its data sheet with --eds FILE",
+            "das Produkt von {nodes} ist nicht bekannt, deshalb sind die Daten als Bytes gezeigt: Geben Sie es mit --product NAME an (`plumbline scan` zeigt es), oder das Datenblatt mit --eds FILE";
+        Taken(names: String) = "the sensor has taken {names} from its position, and no other sensor can be given that: after `restore` to another one, bring it into the same position and repeat `plumbline teach` or `plumbline zero` there",
+            "der Sensor hat {names} aus seiner Lage übernommen, und kein anderer Sensor kann das erhalten: Bringen Sie nach dem Wiederherstellen einen anderen in dieselbe Lage, und wiederholen Sie dort `plumbline teach` oder `plumbline zero`";
+        TakenMissing(names: String) = "the file cannot carry {names}, which the sensor in it had taken from its position: bring this sensor into the same position, and repeat `plumbline teach` or `plumbline zero`",
+            "die Datei kann {names} nicht übertragen, was ihr Sensor aus seiner Lage übernommen hatte: Bringen Sie diesen Sensor in dieselbe Lage, und wiederholen Sie `plumbline teach` oder `plumbline zero`";
         Unread(count: Lines, first: String) = "the adapter has sent {count} not in the format of slcan, the first is {first:?}: frames are missing. Check its firmware and the settings of its port",
             "der Adapter hat {count} nicht im Format von slcan gesendet, die erste ist {first:?}: Frames fehlen. Prüfen Sie seine Firmware und die Einstellungen seines Anschlusses";
         LostFrames(count: Frames) = "the adapter has lost at least {count}: stop other programs, or use an adapter with a larger queue",

@@ -53,6 +53,9 @@ texts! {
         #[serde(skip)]
         Overwrite(path: String) = "{path} exists. Replace it?", "{path} gibt es schon. Ersetzen?";
         #[serde(skip)]
+        OverwriteOther {path: String, file: String, own: String} = "{path} has the settings of another sensor (product and serial number {file}; this one is {own}). Replace it?",
+            "{path} hat die Einstellungen eines anderen Sensors (Produkt und Seriennummer {file}; dieser ist {own}). Ersetzen?";
+        #[serde(skip)]
         Calibrate(question: host::Question) = "{question}", "{question}";
     }
 }
@@ -102,6 +105,12 @@ texts! {
         Restore(file: String, own: String) = "The file is of a sensor with another serial number ({file}, this one has {own}). Write its settings to this sensor",
             "Die Datei ist von einem Sensor mit einer anderen Seriennummer ({file}, dieser hat {own}). Ihre Einstellungen in diesen Sensor schreiben";
     }
+}
+
+/// Whether an answer is a yes, in English or in German. Anything else is a no.
+pub fn is_yes(answer: &str) -> bool {
+    let answer = answer.trim().to_lowercase();
+    matches!(answer.as_str(), "y" | "yes" | "j" | "ja")
 }
 
 /// What differs between a data sheet and its device.
@@ -174,7 +183,7 @@ impl Question {
             Self::Align { .. } => Name::Zero,
             Self::NotCarried(_) => Name::Restore,
             Self::Period(_) | Self::Tpdo(_) => Name::Cyclic,
-            Self::Overwrite(_) => Name::Overwrite,
+            Self::Overwrite(_) | Self::OverwriteOther { .. } => Name::Overwrite,
             Self::WhichProduct { .. }
             | Self::Downgrade { .. }
             | Self::Turn { .. }

@@ -26,6 +26,8 @@ pub struct Session {
     pub notes: Vec<Note>,
     /// Another master owns the sensor: nothing is sent to it, and it is only listened to.
     pub only_listens: bool,
+    /// The last number that was written to each entry since an operation has cleared this.
+    pub(crate) written: Vec<(String, u32)>,
     /// The serial number that the sensor must have at each new connection of DeviceNet. None: any.
     pub expected: Option<u32>,
     /// The connection of DeviceNet.
@@ -59,6 +61,7 @@ impl Session {
             sheet,
             notes: Vec::new(),
             only_listens: false,
+            written: Vec::new(),
             expected: None,
             connection: Connection::default(),
             settings: Vec::new(),
@@ -199,7 +202,12 @@ impl Session {
     /// The sensor refuses, nobody answers, or the adapter fails.
     pub fn write(&mut self, values: &[(Entry, u32)]) -> Result<(), Error> {
         let target = self.target;
-        target.write_values(self, values)
+        target.write_values(self, values)?;
+        for (entry, raw) in values {
+            self.written.retain(|(name, _)| *name != entry.name);
+            self.written.push((entry.name.clone(), *raw));
+        }
+        Ok(())
     }
 
     /// Writes the bytes of an entry, also none (FSC: the sensor takes the value from the present position) or a text.

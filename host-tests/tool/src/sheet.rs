@@ -173,6 +173,17 @@ impl Sheet {
         self.entries.iter().filter(is_setting)
     }
 
+    /// What the sensor has taken from its own position, for example a reference frame. It can be read, but no other sensor can be given it.
+    pub fn positions(&self) -> impl Iterator<Item = &Entry> {
+        let is_taken = |entry: &&Entry| {
+            let is_command = entry.writable && entry.command;
+            let is_offset = !entry.writable && self.follows_resolution(entry);
+            let is_kept = entry.readable && entry.stored && entry.factory.is_some();
+            is_kept && (is_command || is_offset) && entry.origin != Origin::DataSheet
+        };
+        self.entries.iter().filter(is_taken)
+    }
+
     /// The texts that can be written, for example a programming key. A backup shows them to people.
     pub fn texts(&self) -> impl Iterator<Item = &Entry> {
         let is_text = |entry: &&Entry| entry.data_type == DataType::Text && entry.writable;

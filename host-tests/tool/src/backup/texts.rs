@@ -3,6 +3,9 @@
 //! ```toml
 //! [texts]
 //! programming-key = "..."
+//!
+//! [taken]
+//! teach = "relative measurement"
 //! ```
 
 use crate::sheet::Sheet;
@@ -24,14 +27,25 @@ pub(super) fn read(file: &Table, sheet: &Sheet) -> Vec<(String, String)> {
     names.filter_map(text).collect()
 }
 
-/// The section with the texts; empty if there are none.
-pub(super) fn section(texts: &[(String, String)]) -> String {
+/// What the section of the positions says to people.
+pub(super) const TAKEN: &str = "# Taken from the position of this sensor. No other sensor can be given it: repeat it there, in the same position.\n";
+
+/// What the sensor had taken from its position.
+pub(super) fn taken(file: &Table, sheet: &Sheet) -> Vec<(String, String)> {
+    let section = file.get("taken").and_then(Value::as_table);
+    let text = |name: &str| Some((name.to_owned(), section?.get(name)?.as_str()?.to_owned()));
+    let names = sheet.positions().map(|entry| entry.name.as_str());
+    names.filter_map(text).collect()
+}
+
+/// A section with texts, and what it says to people; empty if there are none.
+pub(super) fn section(name: &str, about: &str, texts: &[(String, String)]) -> String {
     let line = |(name, text): &(String, String)| format!("{name} = {}\n", Value::from(&text[..]));
     match texts {
         [] => String::new(),
         texts => {
             let lines: String = texts.iter().map(line).collect();
-            format!("\n[texts]\n{lines}")
+            format!("\n{about}[{name}]\n{lines}")
         }
     }
 }

@@ -1,12 +1,13 @@
 //! The files of `backup` and `set --file`.
 
 use super::replaced;
-use crate::backup::{Backup, write_file};
+use crate::backup::{Backup, read_text, sensor_in, write_file};
 use crate::eds::dcf::{self, Commissioning};
 use crate::error::{Error, FileError};
 use crate::identify::Found;
 use crate::ops;
 use crate::output::Terminal;
+use crate::question::Question;
 use crate::session::Session;
 use crate::sheet::Sheet;
 use serde_json::{Map, Value, json};
@@ -30,7 +31,13 @@ pub(super) fn save(
     path: &Path,
     terminal: &mut Terminal,
 ) -> Result<(Backup, Value), Error> {
-    replaced(path, terminal)?;
+    match other_sensor(session, found, path) {
+        Some(other) if !terminal.ask(&other)? => {
+            return Err(FileError::Exists(path.display().to_string()).into());
+        }
+        Some(_) => {}
+        None => replaced(path, terminal)?,
+    }
     let configuration = configuration_path(session, path)?;
     if let Some(path) = &configuration {
         replaced(path, terminal)?;
@@ -51,6 +58,19 @@ pub(super) fn save(
         document["dcf"] = json!(shown);
     }
     Ok((backup, document))
+}
+
+/// The question about a file with the settings of another sensor; None: it is no such file.
+fn other_sensor(session: &Session, found: &Found, path: &Path) -> Option<Question> {
+    let (product, serial) = sensor_in(&read_text(path).ok()?)?;
+    let own = session.sheet.product.name;
+    let shown = |serial: Option<u32>| serial.map_or("-".to_owned(), |own| own.to_string());
+    let is_same = product == own && serial == found.serial;
+    (!is_same).then(|| Question::OverwriteOther {
+        path: path.display().to_string(),
+        file: format!("{product} {}", shown(serial)),
+        own: format!("{own} {}", shown(found.serial)),
+    })
 }
 
 /// The settings in a file for this sensor, with the name of the file.

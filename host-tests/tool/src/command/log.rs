@@ -23,6 +23,7 @@ use can_wire::text::log_line;
 use plumbline::can::{BitRate, Frame};
 use plumbline::time::{Duration, after, millis};
 use serde_json::{Map, Value, json};
+use std::collections::BTreeSet;
 use std::fs::File;
 use std::io::{self, BufWriter, IsTerminal, Write};
 use std::path::Path;
@@ -46,6 +47,45 @@ pub(super) struct View {
     filter: Filter,
     /// The list by identifier, if it is wanted instead of lines.
     list: Option<List>,
+    unclear: Unclear,
+}
+
+/// What was shown without its meaning.
+#[derive(Debug, Default)]
+struct Unclear {
+    /// The frames that are in no table.
+    frames: u64,
+    /// The nodes whose product is not known.
+    nodes: BTreeSet<String>,
+}
+
+impl Unclear {
+    fn take(&mut self, decoded: Option<&Decoded>) {
+        match decoded {
+            None => self.frames += 1,
+            Some(own) => {
+                let node = own.node.as_deref().unwrap_or_default();
+                let node = format!("{} {node}", own.protocol);
+                if own.needs_product {
+                    self.nodes.insert(node);
+                } else if own.product.is_some() {
+                    // It has told it meanwhile.
+                    self.nodes.remove(&node);
+                }
+            }
+        }
+    }
+
+    /// Says how the meaning can be told.
+    fn told(&self, terminal: &mut Terminal) {
+        if !self.nodes.is_empty() {
+            let nodes: Vec<&str> = self.nodes.iter().map(String::as_str).collect();
+            terminal.note(&Note::ProductUnknown(nodes.join(", ")));
+        }
+        if self.frames > 0 {
+            terminal.note(&Note::FramesUnknown(self.frames));
+        }
+    }
 }
 
 impl View {
@@ -72,6 +112,7 @@ impl View {
             decodes,
             filter,
             list: shown.by_id.then(List::default),
+            unclear: Unclear::default(),
         })
     }
 
@@ -86,6 +127,7 @@ impl View {
                 Ok(())
             })?;
         }
+        self.unclear = Unclear::default();
         Ok(())
     }
 
@@ -93,6 +135,9 @@ impl View {
     pub(super) fn take(&mut self, frame: &Frame) -> Option<Option<Decoded>> {
         let decoded = self.bus.as_mut().and_then(|bus| bus.decode(frame));
         let takes = self.filter.takes(frame, decoded.as_ref());
+        if takes && self.decodes {
+            self.unclear.take(decoded.as_ref());
+        }
         takes.then(|| decoded.filter(|_| self.decodes))
     }
 }
@@ -145,6 +190,7 @@ pub(super) fn decode(path: &Path, mut view: View, terminal: &mut Terminal) -> Re
     if others > 0 {
         terminal.note(&Note::OtherLines(Lines(others)));
     }
+    view.unclear.told(terminal);
     Ok(())
 }
 
@@ -277,6 +323,7 @@ pub(super) fn log(
     if let Some(lost @ 1..) = lost {
         terminal.note(&Note::LostFrames(Frames(lost)));
     }
+    view.unclear.told(terminal);
     Ok(())
 }
 

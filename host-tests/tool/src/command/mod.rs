@@ -267,10 +267,12 @@ fn on_bus(cli: &Cli, bus: &mut Bus, terminal: &mut Terminal) -> Result<(), Error
                 Ok(())
             })
         }
-        Command::Diff { file, exit_code } => bus.with(terminal, |session, terminal| {
-            let from = file::read(session, file)?;
-            ops::restore::diff(session, from, *exit_code, terminal)
-        }),
+        Command::Diff { file, exit_code } => {
+            bus.with_found(terminal, |session, found, terminal| {
+                let from = file::read(session, file)?;
+                ops::restore::diff(session, found, from, *exit_code, terminal)
+            })
+        }
         Command::Align { save } => {
             let report = bus.with_found(terminal, |session, found, terminal| {
                 let mut measured = ops::align::Measured::default();

@@ -77,6 +77,7 @@ impl Database {
             product: None,
             message: message.name().clone(),
             values: values.collect(),
+            needs_product: false,
         })
     }
 

@@ -100,12 +100,15 @@ impl Device {
         self.described.is_some() && !self.is_told
     }
 
+    /// Whether it is known what its data mean: by its product, or by its data sheet.
+    pub fn is_identified(&self) -> bool {
+        self.is_told || self.is_described()
+    }
+
     /// The name of the product, if it was told or has the data sheet.
     pub fn product(&self) -> Option<&'static str> {
         match self.places() {
-            [only] if self.is_told || self.is_described() => {
-                Some(self.known.sheets[*only].product.name)
-            }
+            [only] if self.is_identified() => Some(self.known.sheets[*only].product.name),
             _ => None,
         }
     }

@@ -70,6 +70,8 @@ errors! {
             "{count} Sensoren antworten auf {address}, mit den Seriennummern {serials}: Schließen Sie einen davon allein an, und geben Sie ihm eine andere (plumbline node-id)";
         Twins(count: usize, address: String, serials: String): Usage "several-sensors" = "{count} sensors answer at {address}, with the serial numbers {serials}: connect one of them alone and give it other identifiers (set-id, reply-id)",
             "{count} Sensoren antworten auf {address}, mit den Seriennummern {serials}: Schließen Sie einen davon allein an, und geben Sie ihm andere Identifier (set-id, reply-id)";
+        TwinMacs(count: usize, mac: String, serials: String): Usage "several-sensors" = "{count} sensors have MAC ID {mac}, with the serial numbers {serials}: at most one of them answers, the others are silent with a red network LED. Switch a silent one on alone, and give it another MAC ID (plumbline mac)",
+            "{count} Sensoren haben MAC ID {mac}, mit den Seriennummern {serials}: Höchstens einer antwortet, die anderen schweigen mit roter Netzwerk-LED. Schalten Sie einen, der schweigt, allein ein, und geben Sie ihm eine andere MAC ID (plumbline mac)";
         NoRate: Usage "no-rate" = "there is no traffic, so the bit rate is unknown: give it with --rate, or --yes asks at all bit rates",
             "es gibt keinen Verkehr, deshalb ist die Bitrate unbekannt: Wählen Sie die Bitrate, oder erlauben Sie Anfragen auf allen Bitraten";
         NoPort: Usage "no-port" = "no port: give --port slcan:/dev/ttyACM0, slcan://HOST:PORT, can0, pcan or demo:is2, or set PLUMBLINE_PORT; `plumbline ports` lists the ports of this computer",

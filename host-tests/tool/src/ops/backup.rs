@@ -28,6 +28,10 @@ pub(crate) fn read(
             .texts
             .extend(text.map(|text| (entry.name.clone(), text)));
     }
+    backup.taken = taken(session)?;
+    if !backup.taken.is_empty() {
+        terminal.note(&Note::Taken(names(&backup.taken)));
+    }
     if let Some(node) = session.target.node_id() {
         // The default identifiers in the file belong to the node-ID after the next restart.
         backup.number_from(node);
@@ -56,4 +60,24 @@ fn own<T>(
         }
         read => read.map(Some),
     }
+}
+
+/// What the sensor has taken from its position, with its value; empty if it is as delivered.
+pub(crate) fn taken(session: &mut Session) -> Result<Vec<(String, String)>, Error> {
+    let entries: Vec<Entry> = session.sheet.positions().cloned().collect();
+    let mut taken = Vec::new();
+    for entry in entries {
+        let raw = session.read(&entry)?;
+        if entry.factory != Some(raw) {
+            let scale = session.scale_of(&entry)?;
+            taken.push((entry.name.clone(), Entry { scale, ..entry }.text(raw)));
+        }
+    }
+    Ok(taken)
+}
+
+/// Their names.
+pub(crate) fn names(taken: &[(String, String)]) -> String {
+    let names: Vec<&str> = taken.iter().map(|(name, _)| name.as_str()).collect();
+    names.join(", ")
 }

@@ -14,7 +14,7 @@ use crate::error::{Differing, Error, SensorError, Silence};
 use crate::identify::{self, Found};
 use crate::labels::Labels;
 use crate::link::Link;
-use crate::master::{Target, canopen, factory_rate, factory_target};
+use crate::master::{Target, factory_rate, factory_target};
 use crate::note::Note;
 use crate::output::Terminal;
 use crate::session::Session;
@@ -146,12 +146,9 @@ fn next<'a>(
     loop {
         for (rate, target) in &places {
             at(link, *rate)?;
-            let Some(mut found) = identify::ask(link, *target, identify::PATIENT)? else {
+            let Some(found) = identify::ask_all(link, *target, identify::PATIENT)? else {
                 continue;
             };
-            if let Some(node) = target.node_id() {
-                found.twins = canopen::identify::others(link, node, found.serial)?;
-            }
             if !found.twins.is_empty() {
                 let all = found.serial.iter().chain(&found.twins);
                 let all: Vec<String> = all.map(u32::to_string).collect();

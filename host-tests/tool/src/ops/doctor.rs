@@ -338,9 +338,9 @@ fn active(
         let mut told = Vec::new();
         for target in &targets {
             // A sensor that detects the bit rate needs a frame before it answers.
-            let mut answer = identify::ask(link, *target, identify::QUICK)?;
+            let mut answer = identify::ask_all(link, *target, identify::QUICK)?;
             if answer.is_none() {
-                answer = identify::ask(link, *target, identify::PATIENT)?;
+                answer = identify::ask_all(link, *target, identify::PATIENT)?;
             }
             told.extend(answer);
         }

@@ -1,9 +1,11 @@
 //! `restore` and `diff`: the settings of a file and the settings of the sensor.
 
+use super::backup::{names, taken};
+use super::report::Done;
 use super::set::{acts_later, constrain, write};
 use super::{address, adjust};
 use crate::backup::Backup;
-use crate::error::{Differing, Error, FileError, NumberError, SensorError};
+use crate::error::{Differing, Error, FileError, Kept, NumberError, SensorError, Why};
 use crate::identify::Found;
 use crate::master::Storing;
 use crate::note::Note;
@@ -14,6 +16,7 @@ use crate::resolve;
 use crate::session::Session;
 use crate::sheet::Entry;
 use serde_json::{Map, Value, json};
+use texts::Kind;
 
 /// A setting whose value in the file differs.
 struct Difference {
@@ -120,15 +123,40 @@ pub(crate) fn count_differences(session: &mut Session, backup: &Backup) -> Resul
     Ok(differences(session, backup)?.len())
 }
 
+/// Says what the old sensor had taken from its position and this one does not have.
+fn not_carried(
+    session: &mut Session,
+    found: &Found,
+    backup: &Backup,
+    terminal: &mut Terminal,
+) -> Result<(), Error> {
+    if backup.taken.is_empty() {
+        return Ok(());
+    }
+    let own = taken(session)?;
+    let is_other = found.serial != backup.serial;
+    let missing = backup.taken.iter();
+    let missing: Vec<(String, String)> = missing
+        .filter(|old| is_other || !own.contains(old))
+        .cloned()
+        .collect();
+    if !missing.is_empty() {
+        terminal.note(&Note::TakenMissing(names(&missing)));
+    }
+    Ok(())
+}
+
 /// Prints the settings of a file that differ from the sensor. With `exit_code` a difference is a failure.
 pub(crate) fn diff(
     session: &mut Session,
+    found: &Found,
     (backup, file): (Backup, String),
     exit_code: bool,
     terminal: &mut Terminal,
 ) -> Result<(), Error> {
     let backup = fitting(session, backup)?;
     let differences = differences(session, &backup)?;
+    not_carried(session, found, &backup, terminal)?;
     if differences.is_empty() {
         terminal.line(format!("the sensor has the settings of {file}"))?;
     }
@@ -177,16 +205,15 @@ pub(crate) fn restore(
         backup.values.retain(|(entry, _)| is_wanted(entry));
     }
     let found_differences = differences(session, &backup)?;
+    if only.is_empty() {
+        not_carried(session, found, &backup, terminal)?;
+    }
     // Settings are restored also if nobody reads the output.
     let _ = match found_differences.is_empty() {
         true => terminal.line(format!("the sensor has the settings of {file} already")),
         false => show(&found_differences, terminal),
     };
-    let values_of = |differences: &[Difference]| -> plan::Values {
-        let values = differences.iter();
-        values.map(|one| (one.entry.clone(), one.raw)).collect()
-    };
-    let mut values = values_of(&found_differences);
+    let values = values_of(&found_differences);
     if found.serial != backup.serial && !values.is_empty() {
         let shown = |serial: Option<u32>| serial.map_or("none".to_owned(), |own| own.to_string());
         let change = Change::Restore(shown(backup.serial), shown(found.serial));
@@ -194,19 +221,13 @@ pub(crate) fn restore(
     }
     constrain(session, &values)?;
     address::check(session, &values)?;
-    let sheet = session.sheet.clone();
-    if values.iter().any(|(entry, _)| sheet.is_resolution(entry)) {
-        // The sensor converts the other numbers to the new unit, so they are compared again.
-        values.retain(|(entry, _)| sheet.is_resolution(entry));
-        plan::write(session, &values)?;
-        values = values_of(&differences(session, &backup)?);
-    }
-    write(session, &values)?;
-    // An earlier restore can have been interrupted between the writes and this command, so it is sent in every case.
-    if session.storing() != Storing::Unknown {
-        terminal.line(session.save()?.to_string())?;
-    } else {
-        terminal.note(&Note::NoSaveCommand);
+    let wanted = values.clone();
+    session.written.clear();
+    let written = write_and_store(session, &backup, values);
+    let stored = written.map_err(|failure| interrupted(session, failure, &wanted))?;
+    match stored {
+        Some(stored) => terminal.line(stored.to_string())?,
+        None => terminal.note(&Note::NoSaveCommand),
     }
     for one in &found_differences {
         if acts_later(session.sheet.product, &one.entry) {
@@ -215,4 +236,48 @@ pub(crate) fn restore(
     }
     let label = backup.label.filter(|_| only.is_empty());
     Ok((document(&found_differences), label))
+}
+
+/// Writes values and stores them. None: the device has no command for that.
+fn write_and_store(
+    session: &mut Session,
+    backup: &Backup,
+    mut values: plan::Values,
+) -> Result<Option<Done>, Error> {
+    let sheet = session.sheet.clone();
+    if values.iter().any(|(entry, _)| sheet.is_resolution(entry)) {
+        // The sensor converts the other numbers to the new unit, so they are compared again.
+        values.retain(|(entry, _)| sheet.is_resolution(entry));
+        plan::write(session, &values)?;
+        values = values_of(&differences(session, backup)?);
+    }
+    write(session, &values)?;
+    // An earlier restore can have been interrupted between the writes and this command, so it is sent in every case.
+    match session.storing() {
+        Storing::Unknown => Ok(None),
+        _ => session.save().map(Some),
+    }
+}
+
+/// The failure of a restore that did not end, with what is written by then and what to do.
+fn interrupted(session: &Session, failure: Error, wanted: &plan::Values) -> Error {
+    if !matches!(failure.kind(), Kind::Silent | Kind::Bus | Kind::Stopped) {
+        return failure;
+    }
+    let is_written = |(entry, raw): &&(Entry, u32)| {
+        let mut written = session.written.iter();
+        written.any(|(name, own)| *name == entry.name && own == raw)
+    };
+    let (count, total) = (wanted.iter().filter(is_written).count(), wanted.len());
+    let kept = match session.storing() {
+        Storing::Itself => Kept::Written,
+        _ => Kept::NotStored,
+    };
+    failure.explained(|failure| Why::Interrupted(failure, count, total, kept))
+}
+
+/// The values of a file that differ.
+fn values_of(differences: &[Difference]) -> plan::Values {
+    let values = differences.iter();
+    values.map(|one| (one.entry.clone(), one.raw)).collect()
 }

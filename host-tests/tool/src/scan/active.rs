@@ -6,7 +6,6 @@
 use super::listen::Frames;
 use super::passive::is_used;
 use super::row::{By, Heard, Row, Rows};
-use super::with_twins;
 use crate::error::Error;
 use crate::identify;
 use crate::link::Link;
@@ -132,9 +131,8 @@ impl Questions<'_> {
     ) -> Result<(), Error> {
         if self.permit(target)
             && !rows.has_answered(target)
-            && let Some(found) = identify::ask(link, target, latency)?
+            && let Some(found) = identify::ask_all(link, target, latency)?
         {
-            let found = with_twins(link, found)?;
             rows.add(link.rate(), Row::Found(found), terminal)?;
         }
         Ok(())

@@ -1,5 +1,6 @@
 //! The first part of a scan, and of every other command that does not know where the sensor is: listens and sends nothing.
 
+use super::passive;
 use super::schedule::{self, Lone, Schedule};
 use crate::counted::Errors;
 use crate::error::{Error, RequestError};
@@ -94,7 +95,9 @@ pub fn all(
         terminal.progress(Progress { done, total, step }, line.as_ref());
         if !frames.is_empty() {
             let rate = link.rate();
-            heard = Some(Traffic { rate, frames });
+            let mut own = Traffic { rate, frames };
+            wait_for_sensor(link, &mut own, schedule, terminal)?;
+            heard = Some(own);
             break;
         }
     }
@@ -107,6 +110,55 @@ pub fn all(
         true => Err(all_refused(refused)),
         false => Ok(heard),
     }
+}
+
+/// Listens to a bus whose traffic shows no sensor for sure, until one is switched on and tells its address. The frames are then those
+/// of its message: older ones of the same sensor would not fit them.
+fn wait_for_sensor(
+    link: &mut Link,
+    heard: &mut Traffic,
+    schedule: &Schedule,
+    terminal: &mut Terminal,
+) -> Result<(), Error> {
+    let is_sure = |frames: &Frames| {
+        let mut sightings = passive::sightings(frames).into_iter();
+        sightings.any(|sighting| sighting.is_sure)
+    };
+    // A node with a likely address is asked after a yes.
+    let sightings = passive::sightings(&heard.frames);
+    if sightings
+        .iter()
+        .any(|own| own.is_sure || own.target.is_some())
+    {
+        return Ok(());
+    }
+    let mut before = Vec::new();
+    for done in 1..=schedule.more {
+        if (terminal.stopped)() {
+            link.close();
+            return Err(stopped());
+        }
+        let latest = collect(link, LONG)?;
+        let told = Step::Listened(link.rate().into(), LONG.to_millis(), latest.len().into());
+        let step = Step::Waits(Box::new(told));
+        let progress = Progress {
+            done,
+            total: schedule.more,
+            step: &step,
+        };
+        let line = Step::Numbered(done, schedule.more, Box::new(step.clone()));
+        terminal.progress(progress, schedule.is_shown.then_some(&line));
+        // A message can begin in one of the steps and end in the next one.
+        let both = [before, latest.clone()].concat();
+        for frames in [&latest, &both] {
+            if is_sure(frames) {
+                heard.frames.clone_from(frames);
+                return Ok(());
+            }
+        }
+        before = latest;
+    }
+    Ok(())
 }
 
 /// The adapter refuses all bit rates at which the tool must listen.

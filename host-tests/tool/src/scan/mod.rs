@@ -19,11 +19,11 @@ pub mod schedule;
 use crate::connect::RATES;
 use crate::counted::Frames;
 use crate::error::{Error, Rates, SensorError};
-use crate::identify::{self, Found};
+use crate::identify;
 use crate::labels::Labels;
 use crate::link::Link;
+use crate::master::Target;
 use crate::master::fsc::request::shown;
-use crate::master::{Target, canopen};
 use crate::note::{At, Note};
 use crate::output::Terminal;
 use crate::question::Question;
@@ -184,7 +184,14 @@ fn known(
     rows: &mut Rows,
     terminal: &mut Terminal,
 ) -> Result<(), Error> {
+    for told in passive::twins(sightings) {
+        terminal.note(&told);
+    }
     for sighting in sightings {
+        // Another node with this address has answered.
+        if sighting.target.is_some_and(|own| rows.has_answered(own)) {
+            continue;
+        }
         let mut row = sighting.row.clone();
         let question = |target: Target| Question::Likely {
             protocol: target.protocol().name.to_owned(),
@@ -213,22 +220,14 @@ fn known(
 fn asked(link: &mut Link, target: Target, most: usize) -> Result<Option<Row>, Error> {
     let until = after(link.now(), target.patience());
     for _ in 0..most {
-        if let Some(found) = identify::ask(link, target, identify::PATIENT)? {
-            return Ok(Some(Row::Found(with_twins(link, found)?)));
+        if let Some(found) = identify::ask_all(link, target, identify::PATIENT)? {
+            return Ok(Some(Row::Found(found)));
         }
         if link.now() >= until {
             break;
         }
     }
     Ok(None)
-}
-
-/// A CANopen node with the serial numbers of others that have its node-ID.
-fn with_twins(link: &mut Link, mut found: Found) -> Result<Found, Error> {
-    if let Some(node) = found.target.node_id() {
-        found.twins = canopen::identify::others(link, node, found.serial)?;
-    }
-    Ok(found)
 }
 
 /// Says what was sent.

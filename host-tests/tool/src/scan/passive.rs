@@ -18,6 +18,7 @@
 use super::listen::Frames;
 use super::process_data::{self, Node};
 use super::row::{By, Heard, Row};
+use crate::error::RequestError;
 use crate::master::devicenet::explicit::Slave;
 use crate::master::fsc::boot_up::{BootUps, boot_up, is_repeated, may_be_asked};
 use crate::master::fsc::factory_reply;
@@ -151,6 +152,31 @@ pub fn sightings(frames: &Frames) -> Vec<Sighting> {
         }
     }
     sightings
+}
+
+/// The MAC IDs that several DeviceNet nodes have told, which are different by vendor and serial number. Only one of them goes on-line.
+pub(super) fn twins(sightings: &[Sighting]) -> Vec<RequestError> {
+    let told = |sighting: &Sighting| match &sighting.row {
+        Row::Heard(Heard {
+            protocol: "devicenet",
+            address: Some(mac),
+            serial: Some(serial),
+            ..
+        }) => Some((mac.clone(), serial.to_string())),
+        _ => None,
+    };
+    let mut macs: Vec<(String, Vec<String>)> = Vec::new();
+    for (mac, serial) in sightings.iter().filter_map(told) {
+        match macs.iter_mut().find(|(own, _)| *own == mac) {
+            Some((_, serials)) => serials.push(serial),
+            None => macs.push((mac, vec![serial])),
+        }
+    }
+    macs.retain(|(_, serials)| serials.len() > 1);
+    let error = |(mac, serials): (_, Vec<String>)| {
+        RequestError::TwinMacs(serials.len(), mac, serials.join(" and "))
+    };
+    macs.into_iter().map(error).collect()
 }
 
 /// A node that is known by its process data alone; None: it has told its address, or the bus has another protocol.

@@ -66,6 +66,8 @@ pub struct Schedule {
     pub steps: Vec<Step>,
     /// The user watches: each step is shown, and the first thing that is said is what to do meanwhile.
     pub is_shown: bool,
+    /// The long steps at the bit rate of a bus whose traffic shows no sensor for sure: the user can switch one on.
+    pub more: usize,
 }
 
 /// The time of these bits at a rate.
@@ -114,6 +116,7 @@ impl Schedule {
         Self {
             steps,
             is_shown: false,
+            more: if waits { PATIENT } else { 0 },
         }
     }
 
@@ -128,6 +131,7 @@ impl Schedule {
         Self {
             steps,
             is_shown: false,
+            more: 0,
         }
     }
 

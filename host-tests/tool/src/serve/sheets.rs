@@ -3,7 +3,7 @@
 //! A page uses the key of a data sheet, `eds:1`, where it uses the name of a product. The lines of commands have the name of
 //! the file. The server keeps the data sheets until it ends.
 
-use crate::backup::{Backup, product_in};
+use crate::backup::{Backup, sensor_in};
 use crate::eds;
 use crate::error::{Error, Fault, FileError, PageError};
 use crate::identify;
@@ -138,7 +138,7 @@ impl Sheets {
     /// The data sheet of a file with settings, if its product is not in the catalogue. Several data sheets can have the name of the
     /// product, for example the data sheets of two revisions. Then it is the one with the key `own`, otherwise the newest one.
     pub fn of(&self, text: &str, own: Option<&str>) -> Option<Arc<Kept>> {
-        let product = product_in(text)?;
+        let (product, _) = sensor_in(text)?;
         let kept = self.kept();
         let fitting = || {
             let newest = kept.iter().rev();

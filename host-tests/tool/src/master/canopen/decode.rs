@@ -41,9 +41,23 @@ pub(super) fn decoder(known: Known) -> Box<dyn Decoder> {
     })
 }
 
+/// The first object that the product defines, not CiA 301. Its name and value are not known before the product is.
+const OWN: u16 = 0x2000;
+
+/// The first error code that the maker defines.
+const OWN_CODE: u16 = 0xFF00;
+
+/// Whether it is known what an object of a device means.
+pub(crate) fn is_understood(device: &Device, index: u16) -> bool {
+    index < OWN || device.is_identified()
+}
+
 /// The name of an object: index, sub-index and the name in the dictionary.
 pub(crate) fn object(device: &Device, index: u16, sub: u8) -> String {
     let place = format!("{index:04X}h:{sub}");
+    if !is_understood(device, index) {
+        return place;
+    }
     let entry = device.entry(Address::Object { index, sub });
     let name = entry.map(|entry| entry.name).or_else(|| {
         device.agreed(|product| {
@@ -147,8 +161,11 @@ impl Nodes {
             own.pdos = pdo::pdos(&own.device, node, &own.heard);
         }
         let decoded = Decoded::new(&PROTOCOL, message.text).with(message.values);
+        let mut done = message.done.iter();
+        let needs_product = done.any(|(index, ..)| !is_understood(&own.device, *index));
         Some(Decoded {
             is_sure: own.is_known,
+            needs_product,
             ..decoded.of(node, &own.device)
         })
     }
@@ -162,6 +179,7 @@ impl Nodes {
             let fault = faults.find(|fault| fault.code == code && !fault.name.is_empty())?;
             Some(fault.name)
         });
+        let name = name.filter(|_| code < OWN_CODE || own.device.is_identified());
         let text = match (code, name) {
             (0, _) => "no error (0000h)".to_owned(),
             (_, Some(name)) => format!("{name} ({code:04X}h)"),
@@ -179,7 +197,7 @@ impl Nodes {
     fn pdo(&mut self, frame: &Frame) -> Option<Decoded> {
         let id = frame.can_id();
         let device = self.known.device();
-        if device.is_told() || device.is_described() {
+        if device.is_identified() {
             self.node((id.bits() & 0x7F) as u8);
         }
         let nodes = self.nodes.iter_mut().filter_map(|(node, own)| {
@@ -191,6 +209,9 @@ impl Nodes {
         if let Some((node, pdo, own)) = nodes.min_by_key(|(_, _, own)| !own.is_known) {
             let decoded = match frame.is_remote() {
                 true => Decoded::new(&PROTOCOL, format!("{} request", pdo.name)),
+                false if !own.device.is_identified() => {
+                    Decoded::new(&PROTOCOL, pdo.name).needing_product(frame.bytes())
+                }
                 false => {
                     let values = pdo::values(&pdo, &mut own.device, frame.bytes());
                     Decoded::new(&PROTOCOL, pdo.name).with(values)
@@ -216,7 +237,10 @@ impl Nodes {
         // Any machine can use the identifier of a PDO.
         let own = own.filter(|own| own.is_known)?;
         let decoded = Decoded::new(&PROTOCOL, format!("{direction} {number}"));
-        let decoded = decoded.with(vec![Named::bytes(frame.bytes())]);
+        let decoded = match own.device.is_identified() {
+            true => decoded.with(vec![Named::bytes(frame.bytes())]),
+            false => decoded.needing_product(frame.bytes()),
+        };
         Some(decoded.of(node, &own.device))
     }
 }

@@ -17,6 +17,9 @@ const LONGEST: usize = 1024;
 const GROUP_2: u16 = 0x400;
 const GROUP_3: u16 = 0x600;
 
+/// The first class that the maker defines.
+const OWN: u8 = 0x64;
+
 /// An explicit request: service, class, instance, attribute.
 #[derive(Clone, Copy, Debug, Default)]
 struct Request {
@@ -148,6 +151,9 @@ impl Slave {
 
     /// An I/O message. It does not say its assembly: it is the one that was set, or the first one of its size.
     fn io(&mut self, name: &str, place: usize, data: &[u8]) -> Decoded {
+        if !self.device.is_identified() {
+            return Decoded::new(&PROTOCOL, name).needing_product(data);
+        }
         let wanted = self.assemblies[place];
         let words = self.device.agreed(|product| {
             let tables = tables(product)?;
@@ -287,6 +293,9 @@ impl Slave {
     }
 
     fn entry(&self, request: Request) -> Option<Entry> {
+        if request.class >= OWN && !self.device.is_identified() {
+            return None;
+        }
         self.device.entry(Address::Attribute {
             class: request.class,
             instance: request.instance,

@@ -141,6 +141,7 @@ fn factory(sheet: &Sheet) -> Backup {
         firmware: None,
         node_id: None,
         texts: Vec::new(),
+        taken: Vec::new(),
     }
 }
 

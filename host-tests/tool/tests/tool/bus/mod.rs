@@ -39,3 +39,4 @@ mod scan;
 mod sending;
 mod several;
 pub mod talking;
+mod technician;

@@ -1,7 +1,7 @@
 //! `scan` on a bus with several sensors.
 
 use super::bit_rate::wired;
-use super::rig::Rig;
+use super::rig::{Rig, file};
 use super::scan::scan;
 use bench::{Bus, BusRate, DeviceId};
 use plumbline::can::{BitRate, Frame, standard};
@@ -140,6 +140,103 @@ fn two_sensors_with_the_same_node_id_are_told() {
     for text in ["2 sensors answer at node-ID 10", "21", "22", "node-id"] {
         assert!(ended.notes.contains(text), "{ended:?}");
     }
+}
+
+/// Both would take the settings, and the answers of both would be read as those of one.
+#[test]
+fn no_command_acts_on_two_sensors_with_the_same_node_id() {
+    for (product, node, serials) in [("jn2101", 10, [21, 22]), ("ims360", 50, [21, 22])] {
+        let mut rig = Rig::new(BusRate::Fixed(BitRate::K125));
+        rig.says_yes = true;
+        rig.attach(product, serials[0]);
+        rig.run(200);
+        let path = file(&format!("twins-{product}.toml"));
+        let path = path.display().to_string();
+        rig.done(&format!("--rate 125 --node {node} replace read {path}"));
+        // A request to one of them can come a little later than to the other one.
+        rig.attach(product, serials[1]);
+        rig.run(203);
+        for command in [
+            "zero",
+            "save",
+            "load-factory",
+            "node-id 12",
+            "rate 250",
+            "get",
+            "backup twins-other.toml",
+            &format!("diff {path}"),
+            &format!("restore {path}"),
+            &format!("replace write {path}"),
+        ] {
+            rig.witnessed();
+            let ended = rig.tool(&format!("--rate 125 --node {node} {command}"));
+            assert_eq!(ended.code, 2, "{product} {command} {ended:?}");
+            let told = format!("2 sensors answer at node-ID {node}");
+            assert!(ended.notes.contains(&told), "{product} {command} {ended:?}");
+            // Uploads only: no other service of SDO, no NMT command, no LSS.
+            for frame in rig.witnessed() {
+                let id = frame.can_id();
+                let is_write =
+                    matches!(frame.bytes().first().map(|code| code >> 5), Some(0 | 1 | 6));
+                let is_reading = id != standard(0x600 + node).into() || !is_write;
+                let is_nmt = id == standard(0).into() || id == standard(0x7E5).into();
+                assert!(is_reading && !is_nmt, "{product} {command} {frame:?}");
+            }
+        }
+    }
+}
+
+/// The second one of two sensors with one MAC ID is silent after its duplicate MAC ID check, so only the messages of the check tell it.
+#[test]
+fn two_sensors_with_the_same_mac_id_are_told_when_they_are_switched_on() {
+    for is_together in [false, true] {
+        let mut rig = Rig::new(BusRate::Fixed(BitRate::K125));
+        let other = rig.bus.borrow_mut().adapter();
+        rig.bus.borrow_mut().open(other, Some(BitRate::K125), false);
+        let first = rig.attach("tiltix080", 21);
+        rig.run(3000);
+        let second = rig.attach("tiltix080", 22);
+        rig.run(3000);
+        let on = rig.later(500);
+        rig.power_cycle_at(on, second);
+        if is_together {
+            rig.power_cycle_at(on, first);
+        }
+        let ended = rig.tool("--rate 125 scan");
+        let told = "2 sensors have MAC ID 63, with the serial numbers ";
+        for text in [told, "21", "22", "red network LED", "plumbline mac"] {
+            assert!(ended.notes.contains(text), "{is_together} {text} {ended:?}");
+        }
+        assert_eq!(ended.notes.matches(told).count(), 1, "{ended:?}");
+        let rows = ended.out.matches("address 63").count();
+        assert!(rows <= 2, "{ended:?}");
+    }
+}
+
+/// J1939-81: the address claims settle it, so both answer at an address of their own.
+#[test]
+fn two_sensors_with_the_same_preferred_address_of_j1939_are_both_found() {
+    let mut rig = super::j1939::network("");
+    rig.attach("ims360", 2);
+    rig.run(2000);
+    for command in ["raw 3100:1=01", "save", "restart"] {
+        rig.done(&format!("--node 50 {command}"));
+    }
+    rig.run(1000);
+    let rows = rig.json("--rate 250 scan");
+    let rows = rows.as_array().expect("rows").iter();
+    let mut told: Vec<(&str, u64)> = rows
+        .map(|row| {
+            (
+                row["address"].as_str().unwrap(),
+                row["serial"].as_u64().unwrap(),
+            )
+        })
+        .collect();
+    told.sort_unstable();
+    assert_eq!(told, [("128", 1), ("129", 2)]);
+    let several = (2, "several-sensors".to_owned());
+    assert_eq!(rig.fails("--rate 250 zero"), several);
 }
 
 /// A frame of 8 bytes that begins with the code for the serial number.

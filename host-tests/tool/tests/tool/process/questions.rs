@@ -60,18 +60,24 @@ fn word_after_yes_that_is_no_question_is_refused_with_the_names() {
 #[cfg(unix)]
 #[test]
 fn ctrl_c_at_a_question_ends_the_program_and_an_answer_goes_on() {
-    use super::sensor::command;
+    use super::sensor::{command, terminal};
     use rustix::fs::{Mode, OFlags, open};
     use rustix::process::{Pid, Signal, kill_process};
-    use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
     use std::fs::File;
     use std::io::{Read, Write};
     use std::process::Stdio;
-    for (answer, code) in [(None, 130), (Some("y\n"), 0), (Some("n\n"), 2)] {
-        let master = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY).expect("a terminal");
-        grantpt(&master).expect("it is ours");
-        unlockpt(&master).expect("it is ours");
-        let path = ptsname(&master, Vec::new()).expect("a name");
+    for (answer, code) in [
+        (None, 130),
+        (Some("y\n"), 0),
+        (Some("Yes\n"), 0),
+        (Some("j\n"), 0),
+        (Some(" Ja \n"), 0),
+        (Some("n\n"), 2),
+        (Some("nein\n"), 2),
+        (Some("yep\n"), 2),
+        (Some("\n"), 2),
+    ] {
+        let (master, path) = terminal();
         let flags = OFlags::RDWR | OFlags::NOCTTY;
         let terminal = open(path.as_c_str(), flags, Mode::empty()).expect("it opens");
         let mut child = command("demo:is2", "bus", ZERO)

@@ -2,7 +2,7 @@
 
 mod block;
 
-use super::object;
+use super::{is_understood, object};
 use crate::decode::{Device, Named};
 use crate::master::canopen::sdo::reason;
 use block::Block;
@@ -171,6 +171,7 @@ impl Transfer {
 /// A message that completes the bytes of an object.
 fn done(device: &mut Device, text: String, (index, sub): (u16, u8), data: Vec<u8>) -> Message {
     let entry = device.entry(crate::sheet::Address::Object { index, sub });
+    let entry = entry.filter(|_| is_understood(device, index));
     let value = match entry {
         Some(entry) => device.value(&entry, &data),
         None if (1..=4).contains(&data.len()) => Named::text(
