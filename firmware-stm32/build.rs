@@ -60,13 +60,13 @@ fn main() {
     println!("cargo:rustc-link-arg-bin=bootloader=--defsym=BOOTLOADER=1");
 }
 
-/// The linker script of two sections that are not loaded: the name of the board, and the product with its version, which the program
-/// contains. Programs on a PC read them.
+/// The linker script of sections that are not loaded: the name of the board, the product with its version, which the program
+/// contains, and that of a bootloader that checks signatures. Programs on a PC read them.
 fn name_section(board: &str) -> String {
     let name = board.replace('_', "-");
     let bytes: String = name.bytes().map(|byte| format!(" BYTE({byte})")).collect();
     format!(
-        "SECTIONS {{\n  .plumbline.board 0 (INFO) : {{{bytes} }}\n  .plumbline.program 0 (INFO) : {{ KEEP(*(.plumbline.program)) }}\n}}\n"
+        "SECTIONS {{\n  .plumbline.board 0 (INFO) : {{{bytes} }}\n  .plumbline.program 0 (INFO) : {{ KEEP(*(.plumbline.program)) }}\n  .plumbline.signature 0 (INFO) : {{ KEEP(*(.plumbline.signature)) }}\n}}\n"
     )
 }
 

@@ -9,6 +9,12 @@ mod board {
     #[unsafe(no_mangle)]
     extern "C" fn CAN_TRANSMIT() {}
 
+    /// The ELF file says that this bootloader checks signatures.
+    #[cfg(feature = "signature")]
+    #[used]
+    #[unsafe(link_section = ".plumbline.signature")]
+    static SIGNATURE: u8 = 1;
+
     #[firmware_stm32::cortex_m_rt::entry]
     fn main() -> ! {
         // SAFETY: `entry` permits no other call.

@@ -1,5 +1,6 @@
 //! A firmware image: the segments of its ELF file, its symbols, and the size of each part of the project.
 
+mod behind;
 pub mod scan;
 mod shares;
 #[cfg(test)]
@@ -9,8 +10,7 @@ use super::board::Board;
 use object::elf::{EM_ARM, FileHeader32, PT_LOAD};
 use object::read::elf::{ElfFile32, FileHeader, ProgramHeader};
 use object::{Endianness, Object, ObjectSection, ObjectSymbol, SectionKind, SymbolKind};
-use plumbline::update::layout::LAYOUTS;
-use plumbline::update::{About, Contents, Header, PublicKey};
+use plumbline::update::About;
 use rustc_demangle::demangle;
 pub use shares::{Part, Shares};
 use std::collections::BTreeSet;
@@ -59,6 +59,9 @@ pub enum ImageError {
 
 /// The section with the name of the board.
 const BOARD: &str = ".plumbline.board";
+
+/// The section of a bootloader that checks signatures.
+const SIGNATURE: &str = ".plumbline.signature";
 
 /// The section with product and version.
 const PROGRAM: &str = ".plumbline.program";
@@ -114,6 +117,8 @@ pub struct Image {
     slot: Range<u32>,
     /// Its product and version, if it names them.
     about: Option<About>,
+    /// It is a bootloader that checks signatures.
+    checks_signatures: bool,
 }
 
 impl Image {
@@ -149,105 +154,8 @@ impl Image {
             symbols,
             slot: 0..0,
             about,
+            checks_signatures: file.section_by_name(SIGNATURE).is_some(),
         })
-    }
-
-    /// This program behind a bootloader, in one flash. None: it is not linked for that, or the bootloader is for another board.
-    ///
-    /// The program is complete, as after an update.
-    pub fn behind(&self, bootloader: &Self) -> Option<Self> {
-        let begins = |image: &Self, start| {
-            let mut segments = image.segments.iter();
-            segments.any(|segment| segment.load_address == start)
-        };
-        let fits = self.board == bootloader.board
-            && begins(bootloader, FLASH_START)
-            && begins(self, self.board.facts().slot.start);
-        let program = self.sealed().filter(|_| fits);
-        program.map(|program| {
-            let mut symbols = [&bootloader.symbols[..], &self.symbols].concat();
-            symbols.sort_by_key(|symbol| (symbol.address, std::cmp::Reverse(symbol.size)));
-            Self {
-                board: self.board,
-                segments: [&bootloader.segments[..], &[program]].concat(),
-                sections: [&bootloader.sections[..], &self.sections].concat(),
-                symbols,
-                slot: self.board.facts().slot.clone(),
-                about: self.about,
-            }
-        })
-    }
-
-    /// Whether it is linked for a flash that begins with a bootloader.
-    pub fn needs_bootloader(&self) -> bool {
-        let mut segments = self.segments.iter();
-        !segments.any(|segment| segment.load_address == FLASH_START)
-    }
-
-    /// The whole program as one segment, with its header and its commit.
-    fn sealed(&self) -> Option<Segment> {
-        let start = self.board.facts().slot.start;
-        let mut body = Vec::new();
-        for segment in &self.segments {
-            let place = segment.load_address.checked_sub(start)? as usize;
-            let end = place + segment.bytes.len();
-            body.resize(body.len().max(end.next_multiple_of(4)), 0xFF);
-            body[place..end].copy_from_slice(&segment.bytes);
-        }
-        let about = self.about?;
-        let name = self.board.facts().name;
-        let layout = LAYOUTS.iter().find(|layout| layout.name == name)?;
-        let contents = Contents {
-            product: about.product(),
-            element: about.element(),
-            board: layout.board,
-            layout: layout.number,
-            key: 0,
-            version: about.version(),
-            hash: [0; 32],
-        };
-        let header = Header::new(&contents, &body)?;
-        header.commit(&mut body);
-        Some(Segment {
-            load_address: start,
-            address: start,
-            bytes: body,
-        })
-    }
-
-    /// The bootloader alone: without a program, it waits for one.
-    pub fn as_bootloader(mut self) -> Self {
-        self.slot = self.board.facts().slot.clone();
-        self
-    }
-
-    /// The same with this public key in the flash of the bootloader. None: the board has no bootloader.
-    pub fn with_key(mut self, key: &PublicKey) -> Option<Self> {
-        let name = self.board.facts().name;
-        let layout = LAYOUTS.iter().find(|layout| layout.name == name)?;
-        self.segments.push(Segment {
-            load_address: layout.key,
-            address: layout.key,
-            bytes: key.bytes().to_vec(),
-        });
-        Some(self)
-    }
-
-    /// What is in the pages that the bootloader of this image can change; None: there is no bootloader.
-    pub fn slot(&self) -> Option<Vec<u8>> {
-        let mut content = vec![0xFF; self.slot.len()];
-        for segment in &self.segments {
-            let start = segment.load_address.checked_sub(self.slot.start);
-            let place = start.and_then(|start| {
-                content
-                    .get_mut(start as usize..)?
-                    .get_mut(..segment.bytes.len())
-            });
-            if let Some(place) = place {
-                place.copy_from_slice(&segment.bytes);
-            }
-        }
-        (!content.is_empty()).then_some(content)
     }
 
     /// The board of the image, which its ELF file names.

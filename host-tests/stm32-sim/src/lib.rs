@@ -44,6 +44,7 @@ pub mod firmware;
 pub mod flash;
 pub mod gpio;
 pub mod image;
+pub mod image_file;
 pub mod io;
 pub mod ism330dhcx;
 pub mod iwdg;

@@ -3,13 +3,12 @@
 
 use host_tests::python;
 use plumbline::model::catalog;
-use plumbline::update::layout::BLUEPILL;
-use plumbline::update::{Contents, Element, Header};
 use std::fs;
 use std::io::{Write, stderr};
 use std::path::Path;
 use std::process::Command;
 use stm32_sim::board::Board;
+use stm32_sim::image_file;
 
 /// Runs a check with the virtual sensor.
 #[track_caller]
@@ -52,29 +51,13 @@ fn python_canopen_uses_jn2101_and_ims360() {
     );
 }
 
-/// An image file of 2 KiB for the jn2101 and the board with a bootloader. It is not started.
-fn small_image() -> Vec<u8> {
-    let product = catalog::find("jn2101").expect("a product");
-    let contents = Contents {
-        product: product.image.number(),
-        element: Element::Ism330dhcx,
-        board: BLUEPILL.board,
-        layout: BLUEPILL.number,
-        key: 0,
-        version: 1,
-        hash: [0; 32],
-    };
-    let body: Vec<u8> = (0..2048_u32).map(|place| (place * 7) as u8).collect();
-    let header = Header::new(&contents, &body).expect("a first page");
-    [header.bytes(), &body[..]].concat()
-}
-
 #[test]
 fn python_canopen_loads_a_program_by_blocks_and_in_segments() {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("update-client");
     fs::create_dir_all(&folder).expect("a folder");
     let image = folder.join("jn2101.plu");
-    fs::write(&image, small_image()).expect("a file");
+    let file = image_file::small(catalog::find("jn2101").expect("a product"), 1);
+    fs::write(&image, file.expect("a file")).expect("a file");
     let built = stm32_sim::firmware::build(Board::BluePill, &["bootloader"]).expect("it builds");
     let text = |path: &Path| path.to_str().expect("a path in UTF-8").to_owned();
     let (bootloader, image) = (text(&built["bootloader"]), text(&image));

@@ -2,31 +2,12 @@
 
 use super::*;
 use plumbline::update::PublicKey;
-use plumbline::update::header::body_parts;
-use plumbline::update::lms::{Signature, sha256};
+use plumbline::update::lms::Signature;
+use stm32_sim::image_file;
 
-/// A file with a signature, and a key with which it is correct: each signature is that of some key.
+/// A file with a signature, and its key.
 fn sign(file: &[u8]) -> (Vec<u8>, PublicKey) {
-    let (header, body) = file.split_at(SIZE);
-    let header = header.first_chunk().and_then(Header::parse);
-    let contents = Contents {
-        product: jn2101().number(),
-        element: Element::Ism330dhcx,
-        board: layout().board,
-        layout: layout().number,
-        key: 0x0101,
-        version: header.expect("a header").version(),
-        hash: sha256(&body_parts(body)),
-    };
-    let header = Header::new(&contents, body).expect("a first page");
-    let id = [1; 16];
-    let mut signature = vec![0x5A; Signature::SIGNATURE];
-    let [tree, one_time] = Signature::TYPES;
-    signature[..8].copy_from_slice(&[[0; 4], one_time].concat());
-    signature[40 + 32 * Signature::CHAINS..][..4].copy_from_slice(&tree);
-    let root = Signature::root(&id, header.bytes(), &signature).expect("a signature");
-    let file = [header.bytes(), &signature[..], body].concat();
-    (file, PublicKey::new(&id, &root))
+    image_file::sign(file, &[1; 16]).expect("an image file")
 }
 
 /// The bootloader of the board that checks signatures.
@@ -61,6 +42,8 @@ fn sensor_with_a_key_takes_only_the_file_with_its_signature() {
     let mut rig = sensor(checking(), Some(&key), rate);
     is_refused(&mut rig, rate, &unsigned, 0x0800_0021);
     is_refused(&mut rig, rate, &wrong, 0x0800_0021);
+    let (foreign, _) = image_file::sign(&unsigned, &[2; 16]).expect("an image file");
+    is_refused(&mut rig, rate, &foreign, 0x0800_0021);
     let start = rig.bus.now();
     let mut client = Client::of_known(&mut rig, &known(rate));
     client.download(&signed).unwrap();
@@ -91,7 +74,7 @@ fn sensor_without_a_key_takes_files_with_and_without_a_signature() {
 
 /// To it, the signature is the first page of a damaged program.
 #[test]
-fn bootloader_without_signatures_refuses_a_signed_file() {
+fn bootloader_without_signatures_refuses_a_image_file() {
     let rate = BitRate::M1;
     let (signed, _) = sign(&loop_file(4 * 1024, 0, VERSION));
     let mut rig = sensor("bootloader", None, rate);

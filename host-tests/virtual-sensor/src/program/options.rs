@@ -14,8 +14,8 @@ use std::path::PathBuf;
 
 /// A CAN inclination sensor on a simulated bus. Clients speak slcan (LAWICEL ASCII) and share the bus.
 ///
-/// Each further --model adds a sensor to the bus. The options of a sensor (--article, --elf, --bootloader, --scene, --fault, --store,
-/// --serial) follow its --model, all other options come before the second --model.
+/// Each further --model adds a sensor to the bus. The options of a sensor (--article, --elf, --bootloader, --key, --scene, --fault,
+/// --store, --serial) follow its --model, all other options come before the second --model.
 #[derive(Clone, Debug, Parser)]
 #[command(name = "virtual-sensor", version)]
 pub struct Program {
@@ -159,6 +159,11 @@ pub(super) struct SensorOptions {
     /// with --features behind-bootloader
     #[arg(long, value_name = "FILE")]
     pub(super) bootloader: Option<PathBuf>,
+
+    /// The public key in the flash of the bootloader, from `plumbline key show -o FILE`: it then takes only programs with a signature of
+    /// this key
+    #[arg(long, value_name = "FILE", requires = "bootloader")]
+    pub(super) key: Option<PathBuf>,
 
     /// The motion of the sensor: tilt=X,Y (degrees, at rest; with one axis X is the angle, Y the cross slope) or a CSV file with
     /// the columns t_s,ax_g,ay_g,az_g[,gx_dps,gy_dps,gz_dps][,temp_c][,supply_v] [default: a slow sway]

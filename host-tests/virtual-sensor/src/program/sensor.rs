@@ -8,6 +8,7 @@ use bench::scene::{Axes, Scene, SceneArgument};
 use bench::stage::Stage;
 use bench::{Bus, Device, Flash, Geometry, NodeType};
 use plumbline::model::catalog::{self, PRODUCTS, Product};
+use plumbline::update::PublicKey;
 use std::fs::OpenOptions;
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
@@ -150,6 +151,14 @@ fn image(options: &SensorOptions, model: &str) -> Result<Option<Rc<Image>>, Fail
         path.map(|path| open_image(path, model)).transpose()
     };
     let (image, bootloader) = (open(&options.elf)?, open(&options.bootloader)?);
+    let bootloader = match (bootloader, &options.key) {
+        (Some(bootloader), Some(path)) => {
+            let message = "the bootloader does not check signatures, so it has no place for a key: build it with --features signature";
+            let with_key = bootloader.with_key(&key(path)?);
+            Some(with_key.ok_or_else(|| Failure::Usage(message.to_owned()))?)
+        }
+        (bootloader, _) => bootloader,
+    };
     let image = match (image, bootloader) {
         (Some(image), None) if image.needs_bootloader() => {
             let message = "the image is built for a flash with a bootloader: add --bootloader FILE";
@@ -164,6 +173,19 @@ fn image(options: &SensorOptions, model: &str) -> Result<Option<Rc<Image>>, Fail
         (image, None) => image,
     };
     Ok(image.map(Rc::new))
+}
+
+/// The public key in a file.
+fn key(path: &Path) -> Result<PublicKey, Failure> {
+    let what = format!("read the public key {}", path.display());
+    let bytes = bench::file::read(path, LONGEST_ELF).map_err(|why| cannot(what)(why.into()))?;
+    let bytes = bytes.try_into().map_err(|_| {
+        let (path, size) = (path.display(), PublicKey::SIZE);
+        Failure::Usage(format!(
+            "{path} is not a public key of {size} bytes: `plumbline key show FILE -o key.bin` writes one"
+        ))
+    });
+    bytes.map(PublicKey::from_bytes)
 }
 
 /// The firmware image in an ELF file; checks the model, if the file has symbols.

@@ -13,6 +13,7 @@ mod several;
 mod slcan_pty;
 mod slcan_tcp;
 mod store;
+mod update;
 
 use process::sensor::fails;
 use std::fs;
