@@ -214,7 +214,7 @@ export const de = {
   "update-kept": "Alle Einstellungen sind wie vorher.",
   "update-differs": "Einstellungen, die anders als vorher sind: {0}. Sicherung speichern, als Datei öffnen, dann Unterschiede schreiben.",
   "update-same": "Der Sensor hat Version {0} schon: Es wurde nichts geladen.",
-  "error-image-too-long": "Die Datei ist länger als 512 KiB, deshalb wurde sie nicht gelesen. Ist es eine Image-Datei?",
+  "error-image-too-long": "Die Datei ist länger als jede Image-Datei, deshalb wurde sie nicht gelesen. Ist es eine Image-Datei?",
   "stand-in": "Virtueller Sensor",
   "stand-in-help": "Dieser Sensor ist simuliert und schwankt, bis Sie ihn bewegen. Bewegen und stören Sie ihn, und sehen Sie, was die Seite und eine Steuerung am Bus daraus machen. Ein echter Sensor hat solche Regler nicht.",
   "stand-in-x": "Winkel X",

@@ -214,7 +214,7 @@ export const en = {
   "update-kept": "All settings are the same as before.",
   "update-differs": "Settings that differ from those before: {0}. Save backup, open it as a file, then Write differences.",
   "update-same": "The sensor has version {0} already: nothing was loaded.",
-  "error-image-too-long": "The file is longer than 512 KiB, so it was not read. Is it an image file?",
+  "error-image-too-long": "The file is longer than any image file, so it was not read. Is it an image file?",
   "stand-in": "Virtual sensor",
   "stand-in-help": "This sensor is simulated and sways until you move it. Move it and break it, and see what the page and a controller on the bus make of it. A real sensor has no such controls.",
   "stand-in-x": "Angle X",

@@ -1,7 +1,7 @@
 // Another program for a sensor: an image file, the settings before as a backup, the download, and the version after it.
 
 import { which } from "./actions.js";
-import { Failure, post } from "./api.js";
+import { Failure, get, post } from "./api.js";
 import { download } from "./chart.js";
 import { wanted } from "./connection.js";
 import { answered, ask } from "./dialog.js";
@@ -9,12 +9,11 @@ import { named } from "./document.js";
 import { attempt, element, isAnswering, isReady, mayAct, on, press, sensor, state } from "./state.js";
 import { inLanguage, onLanguage, t } from "./texts.js";
 
-/** The longest image file in bytes. */
-const LONGEST = 512 << 10;
-
 /** @typedef {{product: string, version: string, board: string, signed: boolean, name: string, image: number[]}} Image */
 /** @typedef {{product: string, version: string, before: string | null, loaded: boolean, different: number | null}} Updated */
 
+/** The longest image file in bytes. */
+let longest = 0;
 /** @type {Image | null} */
 let image = null;
 /** The settings before the last update. @type {{name: string, text: string} | null} */
@@ -32,7 +31,7 @@ async function open() {
   [image, done] = [null, null];
   show();
   try {
-    if (chosen.size > LONGEST) throw new Failure("image-too-long");
+    if (chosen.size > longest) throw new Failure("image-too-long");
     const bytes = [...new Uint8Array(await chosen.arrayBuffer())];
     image = { ...await post("api/image", { name: chosen.name, image: bytes }), name: chosen.name, image: bytes };
     show();
@@ -103,4 +102,5 @@ export function start() {
   });
   on("status", show);
   onLanguage(show);
+  attempt(async () => { ({ longestImage: longest } = await get("api/ports")); });
 }

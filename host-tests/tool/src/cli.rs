@@ -194,6 +194,12 @@ pub enum Command {
         /// The image file
         #[arg(long, short, value_name = "FILE")]
         output: PathBuf,
+        /// The bootloader of the board (an ELF file), for --hex
+        #[arg(long, value_name = "FILE", requires = "hex")]
+        bootloader: Option<PathBuf>,
+        /// Also write an Intel HEX file with bootloader and program, which a probe flashes first
+        #[arg(long, value_name = "FILE", requires = "bootloader")]
+        hex: Option<PathBuf>,
     },
     /// Make, show and use the key that signs image files
     Key {

@@ -1,6 +1,7 @@
 //! A bootloader and a program behind it, in one flash.
 
-use super::{FLASH_START, Image, Segment};
+use super::{FLASH_START, Image, ImageError, Segment, check_places, check_vectors};
+use crate::board::Board;
 use plumbline::update::layout::LAYOUTS;
 use plumbline::update::{Contents, Header, Layout, PublicKey};
 
@@ -29,6 +30,30 @@ impl Image {
                 about: self.about,
                 checks_signatures: bootloader.checks_signatures,
             }
+        })
+    }
+
+    /// What a probe writes into the flash of a board with a bootloader: the address and the content of each part.
+    ///
+    /// # Errors
+    /// A part is outside of the flash, or there is no vector table.
+    pub fn of_flash(board: Board, parts: Vec<(u32, Vec<u8>)>) -> Result<Self, ImageError> {
+        let segments = parts.into_iter().map(|(address, bytes)| Segment {
+            load_address: address,
+            address,
+            bytes,
+        });
+        let segments: Vec<Segment> = segments.collect();
+        check_places(board, &segments)?;
+        check_vectors(board, &segments)?;
+        Ok(Self {
+            board,
+            segments,
+            sections: Vec::new(),
+            symbols: Vec::new(),
+            slot: board.facts().slot.clone(),
+            about: None,
+            checks_signatures: false,
         })
     }
 

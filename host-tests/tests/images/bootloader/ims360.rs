@@ -38,27 +38,28 @@ fn is_updated_in_canopen() {
     assert_eq!(crc[4..], new[20..24]);
 }
 
-/// The protocol is stored: the new program claims its address.
-fn is_updated_in_j1939() {
+/// Protocol and address are stored: the bootloader answers at this address, and the new program claims it.
+fn is_updated_in_j1939_at_another_address_than_as_delivered() {
     let [old, new] = files("ims360");
     let mut rig = sensor("ims360", Some(slot(&old)), RATE);
     rig.expect(FIRST, 250);
+    rig.download(0x2102, 0, [0xA0]);
     rig.change_to_j1939();
     rig.run(400);
     let contact = Contact {
-        request: CanId::extended(0x18EF_8021),
-        reply: CanId::extended(0x18EF_2180),
+        request: CanId::extended(0x18EF_A021),
+        reply: CanId::extended(0x18EF_21A0),
         ..known(RATE)
     };
-    let stop = rig.parameter(0x80, "2F511F0100000000");
+    let stop = rig.parameter(0xA0, "2F511F0100000000");
     assert_eq!(stop, "60511F0100000000");
     rig.expect_reset(ResetCause::Software);
-    assert_eq!(rig.wait_text(30), ["18EF2180#60424F4F54"]);
+    assert_eq!(rig.wait_text(30), ["18EF21A0#60424F4F54"]);
     update(&mut rig, &contact, &new);
     let sent = rig.wait_text(3000);
-    assert_eq!(sent.first().map(|text| &text[..8]), Some("18EEFF80"));
+    assert_eq!(sent.first().map(|text| &text[..8]), Some("18EEFFA0"));
     let crc: String = new[20..24].iter().map(|it| format!("{it:02X}")).collect();
-    let read = rig.parameter(0x80, "40561F0100000000");
+    let read = rig.parameter(0xA0, "40561F0100000000");
     assert_eq!(read, format!("43561F01{crc}"));
 }
 
@@ -66,6 +67,6 @@ mod nucleo_f446 {
     on! {
         crate::rig::on_the_nucleo:
         is_updated_in_canopen,
-        is_updated_in_j1939
+        is_updated_in_j1939_at_another_address_than_as_delivered
     }
 }

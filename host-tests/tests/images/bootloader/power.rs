@@ -1,4 +1,4 @@
-//! The power is cut in an operation of the flash of the Blue Pill, and in one of the repair. Afterwards there is the new program, or the
+//! The power is cut in an operation of the flash of the Blue Pill, and in one of the repair; in the boot record also on the Nucleo-F446RE. Afterwards there is the new program, or the
 //! bootloader, which takes it again: never the old one with parts of the new one.
 
 use super::entering::{ask, files};
@@ -148,20 +148,28 @@ fn power_cut_while_the_boot_record_is_stored_leaves_the_program_and_its_bootload
     }
     let ids = (0x60A, 0x58A);
     let stop = [0x2F, 0x51, 0x1F, 1, 0, 0, 0, 0];
-    for (slot, operations) in [(&empty, 16), (&full, 17)] {
-        for operation in (0..operations).step_by(effort::choose(8, 1)) {
+    let erase = Times::typical(chip()).erase_of_slot[2] / 1_000_000_000;
+    for slot in [&empty, &full] {
+        let mut whole = sensor("jn2101", Some(slot.clone()), RATE);
+        whole.expect(BOOT_UP, START);
+        ask(&mut whole, ids, &stop);
+        whole.expect_reset(ResetCause::Software);
+        whole.expect(BOOT_UP, 60 + erase);
+        let all = operations(&mut whole);
+        println!("{all} operations");
+        for operation in (0..all).step_by(effort::choose(8, 1)) {
             let mut rig = sensor("jn2101", Some(slot.clone()), RATE);
             rig.expect(BOOT_UP, START);
             cut(&mut rig, operation);
             ask(&mut rig, ids, &stop);
             rig.expect_reset(ResetCause::Software);
-            rig.run(100);
+            rig.run(100 + erase);
             assert!(!rig.device().is_on(), "operation {operation}");
             rig.power_cycle();
             rig.expect(BOOT_UP, START);
             ask(&mut rig, ids, &stop);
             rig.expect_reset(ResetCause::Software);
-            rig.expect(BOOT_UP, 60);
+            rig.expect(BOOT_UP, 60 + erase);
             // It stays so without power, if there is no program.
             flash(&mut rig).flip_bit(8 * 2000).unwrap();
             rig.power_cycle();
@@ -169,5 +177,12 @@ fn power_cut_while_the_boot_record_is_stored_leaves_the_program_and_its_bootload
             let device_type = ask(&mut rig, ids, &[0x40, 0, 0x10, 0, 0, 0, 0, 0]);
             assert_eq!(device_type[4..], [0; 4], "the bootloader");
         }
+    }
+}
+
+mod nucleo_f446 {
+    on! {
+        crate::rig::on_the_nucleo:
+        power_cut_while_the_boot_record_is_stored_leaves_the_program_and_its_bootloader
     }
 }

@@ -10,19 +10,32 @@ use std::path::Path;
 /// The longest ELF file that is read, with its debug information.
 const LONGEST: u64 = 64 << 20;
 
-/// Makes the image file of a program.
+/// Makes the image file of a program, and with a bootloader the HEX file of both.
 ///
 /// # Errors
-/// A file cannot be read or written, or is not a program behind a bootloader.
-pub(super) fn make(elf: &Path, output: &Path, terminal: &mut Terminal) -> Result<(), Error> {
-    let name = elf.display().to_string();
-    let bytes = bench::file::read(elf, LONGEST)
-        .map_err(|error| FileError::ProgramUnread(name.clone(), error.to_string()))?;
-    let image = ImageFile::of(&bytes).map_err(|why| FileError::Program(name, why))?;
-    replaced(output, terminal)?;
+/// A file cannot be read or written, or is not a program behind a bootloader, or not its bootloader.
+pub(super) fn make(
+    elf: &Path,
+    output: &Path,
+    bootloader: Option<(&Path, &Path)>,
+    terminal: &mut Terminal,
+) -> Result<(), Error> {
+    let image = ImageFile::of(&read(elf)?);
+    let image = image.map_err(|why| FileError::Program(elf.display().to_string(), why))?;
+    let hex = match bootloader {
+        Some((bootloader, hex)) => {
+            let text = image.hex_behind(&read(bootloader)?);
+            let name = bootloader.display().to_string();
+            let text = text.map_err(|why| FileError::Bootloader(name, why))?;
+            Some((hex, text))
+        }
+        None => None,
+    };
+    write(output, &image.bytes, terminal)?;
+    if let Some((path, text)) = &hex {
+        write(path, text.as_bytes(), terminal)?;
+    }
     let written = output.display().to_string();
-    std::fs::write(output, &image.bytes)
-        .map_err(|error| FileError::Unwritten(written.clone(), error.to_string()))?;
     let (product, version) = (image.product(), image.version());
     let length = image.header.length();
     terminal.line(format!(
@@ -36,5 +49,21 @@ pub(super) fn make(elf: &Path, output: &Path, terminal: &mut Terminal) -> Result
         "board": image.board,
         "bytes": length,
         "crc": image.header.body(),
+        "hex": hex.map(|(path, _)| path.display().to_string()),
     }))
+}
+
+/// Reads an ELF file.
+fn read(path: &Path) -> Result<Vec<u8>, Error> {
+    let unread = |error: bench::file::Unread| {
+        FileError::ProgramUnread(path.display().to_string(), error.to_string())
+    };
+    Ok(bench::file::read(path, LONGEST).map_err(unread)?)
+}
+
+fn write(path: &Path, bytes: &[u8], terminal: &mut Terminal) -> Result<(), Error> {
+    replaced(path, terminal)?;
+    let unwritten =
+        |error: std::io::Error| FileError::Unwritten(path.display().to_string(), error.to_string());
+    Ok(std::fs::write(path, bytes).map_err(unwritten)?)
 }

@@ -65,7 +65,15 @@ pub fn run_with(cli: &Cli, terminal: &mut Terminal, connect: Connect) -> Result<
     let options = &cli.options;
     match &cli.command {
         Command::Ports => return ports::list(terminal),
-        Command::Image { elf, output } => return image::make(elf, output, terminal),
+        Command::Image {
+            elf,
+            output,
+            bootloader,
+            hex,
+        } => {
+            let hex = bootloader.as_deref().zip(hex.as_deref());
+            return image::make(elf, output, hex, terminal);
+        }
         Command::Key { command } => return key::key(command, terminal),
         Command::Decode { file, filter } => {
             let view = View::new(options, filter, true)?;

@@ -18,9 +18,6 @@ use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 use texts::Kind;
 
-/// The longest image file that is read.
-const LONGEST: u64 = 1 << 20;
-
 /// How a file is loaded.
 #[derive(Clone, Copy)]
 pub(super) struct Wish {
@@ -137,7 +134,7 @@ fn ended<T>(session: &mut Session, result: Result<T, Error>) -> Result<T, Error>
 /// Reads an image file.
 pub(super) fn read(path: &Path) -> Result<ImageFile, Error> {
     let name = path.display().to_string();
-    let bytes = bench::file::read(path, LONGEST)
+    let bytes = bench::file::read(path, ImageFile::LONGEST as u64)
         .map_err(|error| FileError::ImageUnread(name.clone(), error.to_string()))?;
     Ok(ImageFile::parse(bytes).map_err(|why| FileError::Image(name, why))?)
 }

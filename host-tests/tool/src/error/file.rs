@@ -71,6 +71,7 @@ errors! {
         Identity(path: String, why: Fault): Usage "bad-file" = "{path}: {why}; nothing was written", "{path}: {why}; nichts wurde geschrieben";
         ProgramUnread(path: String, reason: String): Bus "no-file" = "cannot read {path} ({reason}): it must be the ELF file of a program",
             "{path} lässt sich nicht lesen ({reason}): Es muss die ELF-Datei eines Programms sein";
+        Bootloader(path: String, why: Fault): Usage "bad-file" = "{path} is not valid: {why}", "{path} ist nicht gültig: {why}";
         Program(path: String, why: Fault): Usage "bad-file" = "{path} is not a program for an update: {why}", "{path} ist kein Programm für ein Update: {why}";
         LabelsUnread(path: String, reason: String): Bus "no-file" = "cannot read the names in {path} ({reason}): repair or delete it",
             "die Namen in {path} lassen sich nicht lesen ({reason}): Reparieren oder löschen Sie die Datei";
@@ -95,6 +96,7 @@ texts! {
         OtherMachine = "it is for another processor, not for ARM", "sie ist für einen anderen Prozessor, nicht für ARM";
         NoFirmware = "it does not name its board and its product: it is no firmware of Plumbline", "sie nennt ihre Platine und ihr Produkt nicht: Sie ist keine Firmware von Plumbline";
         NoBootloader(board: String) = "it is for the board {board}, which has no bootloader", "sie ist für die Platine {board}, die keinen Bootloader hat";
+        OtherBootloader(board: &'static str) = "it is not a bootloader for the board {board}: `cargo build-{board} --bin bootloader` makes it", "sie ist kein Bootloader für die Platine {board}: `cargo build-{board} --bin bootloader` macht ihn";
         NotBehindBootloader = "it is not built with --features behind-bootloader", "sie ist nicht mit --features behind-bootloader gebaut";
         TooLargeForSlot(size: usize) = "it is larger than the {size} bytes behind the bootloader", "sie ist größer als die {size} Bytes hinter dem Bootloader";
         NoImage = "it is no image file: `plumbline image` makes one from an ELF file", "sie ist keine Image-Datei: `plumbline image` macht eine aus einer ELF-Datei";

@@ -104,7 +104,11 @@ test("file_that_is_no_image_is_told_and_cannot_be_loaded", async () => {
   assert.equal(page.text("message"), "is2.plu is not valid: it is damaged");
   assert.ok(page.element("update-start").disabled);
   page.requests.length = 0;
-  await choose(page, new Array((512 << 10) + 1).fill(0));
-  assert.match(page.text("message"), /512 KiB/);
+  // Header, signature, and the 128 KiB of the largest slot.
+  const longest = 64 + 2508 + (128 << 10);
+  await choose(page, new Array(longest + 1).fill(0));
+  assert.match(page.text("message"), /longer than any image file/);
   assert.deepEqual(page.requests, []);
+  await choose(page, new Array(longest).fill(0));
+  assert.equal(page.requests.length, 1);
 });

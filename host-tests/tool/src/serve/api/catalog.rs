@@ -2,6 +2,7 @@
 
 use super::{Answer, App};
 use crate::connect::RATES;
+use crate::image::ImageFile;
 use crate::last::Last;
 use crate::master::{Protocol, j1939};
 use crate::meaning::{self, Named};
@@ -55,6 +56,7 @@ pub(super) async fn ports(State(app): State<Arc<App>>) -> Answer {
             "connects": app.start.connects,
         },
         "store": app.store,
+        "longestImage": ImageFile::LONGEST,
     })))
 }
 
