@@ -6,7 +6,7 @@ mod options;
 pub mod replace;
 mod words;
 
-pub use options::{Options, command};
+pub use options::{Options, command, time};
 pub use words::parse;
 
 use crate::known::{known, parameters, text};

@@ -1,11 +1,13 @@
 //! The options of all commands, and which command uses them.
 
 use super::Cli;
+use crate::error::{Error, RequestError};
 use crate::known::{known, products, rates, text};
 use crate::master::Addresses;
 use crate::question::Name;
 use clap::{Args, CommandFactory};
 use plumbline::can::BitRate;
+use plumbline::time::Duration;
 use std::path::PathBuf;
 
 /// The options of all commands.
@@ -94,5 +96,20 @@ fn unused(command: &str) -> &'static [&'static str] {
         "address" => &["id", "node", "mac", "eds"],
         "rate" | "zero" | "teach" | "align" => &["eds"],
         _ => &[],
+    }
+}
+
+/// The time of `--seconds`.
+///
+/// # Errors
+/// It is out of range.
+pub fn time(seconds: Option<f64>) -> Result<Option<Duration>, Error> {
+    match seconds {
+        None => Ok(None),
+        Some(seconds) if (0.0..=1e9).contains(&seconds) => {
+            let ticks = (seconds * 1e6) as u64;
+            Ok(Some(Duration::from_ticks(ticks)))
+        }
+        Some(_) => Err(RequestError::Seconds.into()),
     }
 }

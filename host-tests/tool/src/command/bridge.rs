@@ -1,8 +1,8 @@
 //! `bridge`: finds the sensors on the bus, then publishes what they measure.
 
 use super::bus::Bus;
-use super::watch;
 use crate::cli::bridge::Bridge;
+use crate::cli::time;
 use crate::connect;
 use crate::error::{BrokerError, Error};
 use crate::identify::Found;
@@ -29,7 +29,7 @@ use std::path::PathBuf;
 /// # Errors
 /// An option is wrong, no sensor was found, the adapter fails, or no connection with the broker can succeed.
 pub(super) fn bridge(wanted: &Bridge, bus: &mut Bus, terminal: &mut Terminal) -> Result<(), Error> {
-    let time = watch::checked(wanted.seconds)?;
+    let time = time(wanted.seconds)?;
     let to = wanted
         .agopengps
         .map(|module| AgOpenGps::new(wanted.agopengps_to, module));

@@ -1,7 +1,7 @@
 //! `doctor`: prints what is wrong with the bus. A fault is exit code 1.
 
 use super::bus::Bus;
-use super::watch;
+use crate::cli::time;
 use crate::error::{Error, SensorError};
 use crate::ops::{Report, doctor};
 use crate::output::Terminal;
@@ -15,7 +15,7 @@ pub(super) fn examine(
 ) -> Result<(), Error> {
     let request = doctor::Request {
         rate: bus.options.rate,
-        time: watch::checked(seconds)?.unwrap_or(doctor::USUAL),
+        time: time(seconds)?.unwrap_or(doctor::USUAL),
         active,
     };
     let report = doctor::doctor(bus.adapter()?, request, terminal)?;

@@ -3,13 +3,12 @@
 use super::replaced;
 use crate::backup::{Unread, read_file, write_file};
 use crate::eds::identity as data_sheet;
-use crate::error::{Error, Fault, FileError, RequestError};
-use crate::identify;
+use crate::error::{Error, FileError};
 use crate::note::Note;
 use crate::ops::Report;
-use crate::ops::identity::Told;
+use crate::ops::identity::{Told, given};
 use crate::output::Terminal;
-use descriptors::unit::{self, Sheet};
+use descriptors::unit;
 use host_tests::store_file;
 use std::path::Path;
 
@@ -39,28 +38,6 @@ pub(super) fn from_file(
     })?;
     let told = given(&data_sheet::text(&bytes), &shown, name)?;
     finish(&told, into, terminal)
-}
-
-/// The product and the identity in the text of a file. `name` is the wanted product.
-///
-/// # Errors
-/// The product is not known, or cannot have this identity.
-pub fn given(text: &str, shown: &str, name: Option<&str>) -> Result<Told, Error> {
-    let bad = |why: Fault| FileError::Identity(shown.to_owned(), why);
-    let wanted = name.map(identify::product).transpose()?;
-    let is_data_sheet = data_sheet::is_data_sheet(text);
-    let mut sheet = Sheet::default();
-    if !is_data_sheet {
-        sheet = Sheet::parse(text).map_err(|why| bad(why.into()))?;
-    }
-    let product = wanted
-        .or(sheet.product)
-        .ok_or(RequestError::IdentityProduct)?;
-    if is_data_sheet {
-        sheet = data_sheet::sheet(text, product).map_err(bad)?;
-    }
-    let unit = sheet.unit(product).map_err(|why| bad(why.into()))?;
-    Ok(Told { product, unit })
 }
 
 /// Prints the identity, and writes the files.

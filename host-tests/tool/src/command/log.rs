@@ -1,6 +1,6 @@
 //! `log`: the frames on the bus, and `decode`: what the frames in a log are.
 
-use super::watch::unwritten;
+use super::written::unwritten;
 use crate::cli::Options;
 use crate::cli::frames::Shown;
 use crate::connect;

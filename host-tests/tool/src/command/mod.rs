@@ -2,18 +2,20 @@
 
 mod bridge;
 mod bus;
-pub mod calibrate;
+mod calibrate;
 mod commission;
+mod diff;
 mod doctor;
 mod file;
 mod help;
-pub mod identity;
+mod identity;
 mod image;
 mod key;
 mod log;
 mod parameters;
 mod place;
 mod ports;
+mod raw;
 mod record;
 mod replace;
 mod replay;
@@ -21,30 +23,30 @@ mod send;
 mod sender;
 mod update;
 mod watch;
+mod written;
 
 use crate::calibrate::log::Source;
-use crate::cli::{Cli, Command, Options};
-use crate::connect;
+use crate::cli::{Cli, Command, Options, time};
 use crate::eds;
-use crate::error::{Error, FileError, RequestError};
+use crate::error::{Error, RequestError};
 use crate::identify;
 use crate::labels::Labels;
 use crate::last::{self, Last};
-use crate::link::Link;
 use crate::note::Note;
 use crate::ops::{self, Report, Request};
 use crate::output::Terminal;
-use crate::question::{Name, Question};
+use crate::question::Name;
 use crate::scan;
 use crate::serve;
+use adapter::Adapter;
 use adapter::unread::Unread;
-use adapter::{Adapter, Mode};
 use bus::Bus;
 use log::View;
 use place::Place;
 use sender::Sender;
 use std::path::Path;
 use texts::Kind;
+use written::replaced;
 
 /// Opens the adapter of a port.
 pub type Connect<'a> = &'a mut dyn FnMut(&str) -> Result<Box<dyn Adapter>, Error>;
@@ -97,7 +99,7 @@ pub fn run_with(cli: &Cli, terminal: &mut Terminal, connect: Connect) -> Result<
             serial,
             log,
         } => {
-            let unit = calibrate::Unit {
+            let unit = ops::calibrate::Unit {
                 product: options.product.as_deref(),
                 serial: *serial,
                 store: store.as_deref(),
@@ -238,7 +240,7 @@ fn on_bus(cli: &Cli, bus: &mut Bus, terminal: &mut Terminal) -> Result<(), Error
         Command::Parameters => bus.with(terminal, |session, terminal| {
             parameters::list(&session.sheet, terminal)
         }),
-        Command::Operation(Request::Raw { request }) => raw(bus, request, terminal),
+        Command::Operation(Request::Raw { request }) => raw::raw(bus, request, terminal),
         Command::Operation(request) => {
             let mut labels = match request {
                 Request::Label { .. } => Labels::open(options.config.as_deref())?,
@@ -278,7 +280,7 @@ fn on_bus(cli: &Cli, bus: &mut Bus, terminal: &mut Terminal) -> Result<(), Error
         Command::Diff { file, exit_code } => {
             bus.with_found(terminal, |session, found, terminal| {
                 let from = file::read(session, file)?;
-                ops::restore::diff(session, found, from, *exit_code, terminal)
+                diff::diff(session, found, from, *exit_code, terminal)
             })
         }
         Command::Align { save } => {
@@ -294,10 +296,9 @@ fn on_bus(cli: &Cli, bus: &mut Bus, terminal: &mut Terminal) -> Result<(), Error
             cyclic,
             seconds,
         } => {
-            let pace = watch::Pace::checked(*every, *cyclic, *seconds)?;
+            let wanted = samples(names, *every, *cyclic, *seconds)?;
             bus.with(terminal, |session, terminal| {
-                let sampler = watch::sampler(session, names)?;
-                watch::watch(session, sampler, pace, terminal)
+                watch::show(session, &wanted, terminal)
             })
         }
         Command::Record {
@@ -307,11 +308,10 @@ fn on_bus(cli: &Cli, bus: &mut Bus, terminal: &mut Terminal) -> Result<(), Error
             cyclic,
             seconds,
         } => {
-            let pace = watch::Pace::checked(*every, *cyclic, *seconds)?;
+            let wanted = samples(names, *every, *cyclic, *seconds)?;
             replaced(file, terminal)?;
             bus.with(terminal, |session, terminal| {
-                let sampler = watch::sampler(session, names)?;
-                record::record(session, sampler, file, pace, terminal)
+                record::record(session, &wanted, file, terminal)
             })
         }
         Command::Log {
@@ -320,7 +320,7 @@ fn on_bus(cli: &Cli, bus: &mut Bus, terminal: &mut Terminal) -> Result<(), Error
             filter,
             seconds,
         } => {
-            let seconds = watch::checked(*seconds)?;
+            let seconds = time(*seconds)?;
             let view = View::new(options, filter, *decode)?;
             if file.as_path() != Path::new("-") {
                 replaced(file, terminal)?;
@@ -328,14 +328,14 @@ fn on_bus(cli: &Cli, bus: &mut Bus, terminal: &mut Terminal) -> Result<(), Error
             log::log(bus.adapter()?, options.rate, file, seconds, view, terminal)
         }
         Command::Replay(replay) => {
-            let seconds = watch::checked(replay.seconds)?;
+            let seconds = time(replay.seconds)?;
             let round = replay::read(options, replay, terminal)?;
             let sender = Sender::open(bus.adapter()?, options.rate, seconds, terminal)?;
             replay::replay(sender, replay, round, terminal)
         }
         Command::Send(sending) => {
             let items = send::items(sending)?;
-            let seconds = watch::checked(sending.seconds)?;
+            let seconds = time(sending.seconds)?;
             let sender = Sender::open(bus.adapter()?, options.rate, seconds, terminal)?;
             send::send(sender, items, terminal)
         }
@@ -381,31 +381,20 @@ fn on_bus(cli: &Cli, bus: &mut Bus, terminal: &mut Terminal) -> Result<(), Error
     }
 }
 
-/// A file that exists is replaced only after a yes.
-fn replaced(path: &Path, terminal: &mut Terminal) -> Result<(), Error> {
-    if path.is_file() && !terminal.ask(&Question::Overwrite(path.display().to_string()))? {
-        return Err(FileError::Exists(path.display().to_string()).into());
-    }
-    Ok(())
-}
-
-/// Sends one request and prints the answer. With an address and a bit rate of the command line the sensor is not asked for anything else.
-fn raw(bus: &mut Bus, request: &str, terminal: &mut Terminal) -> Result<(), Error> {
-    let wanted = bus.wanted(terminal)?;
-    let adapter = bus.adapter()?;
-    let (mut link, target) = match (wanted.target, wanted.rate) {
-        (Some(target), Some(rate)) if !wanted.is_remembered => {
-            let mut link = Link::new(adapter, &terminal.stopped);
-            link.open(Some(rate), Mode::Active)?;
-            (link, target)
-        }
-        _ => {
-            let (link, found) = connect::find(adapter, &wanted, terminal)?;
-            (link, found.target)
-        }
-    };
-    bus.is_found = true;
-    let report = ops::raw::send(&mut link, target, request)?;
-    link.close();
-    terminal.report(&report)
+/// The options of `watch` and `record`.
+///
+/// # Errors
+/// The time is out of range.
+fn samples(
+    names: &[String],
+    every: u32,
+    is_cyclic: bool,
+    seconds: Option<f64>,
+) -> Result<ops::watch::Request, Error> {
+    Ok(ops::watch::Request {
+        names: names.to_vec(),
+        every,
+        is_cyclic,
+        time: time(seconds)?,
+    })
 }

@@ -1,10 +1,11 @@
 //! `record`: the samples as CSV. The first sample replaces an earlier recording; without one the file stays as it was.
 
-use super::watch::{self, Pace, unwritten};
+use super::watch::tell;
+use super::written::unwritten;
 use crate::counted::Samples;
 use crate::error::Error;
+use crate::ops::watch::{Request, watch};
 use crate::output::Terminal;
-use crate::sample::Sampler;
 use crate::session::Session;
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, BufWriter, Write};
@@ -78,22 +79,20 @@ impl Drop for Csv<'_> {
     }
 }
 
-/// Records the angles as CSV.
+/// Records the samples as CSV.
 ///
 /// # Errors
-/// The file cannot be written, or a request of the session fails.
+/// The file cannot be written, a name is wrong, or a request of the session fails.
 pub(super) fn record(
     session: &mut Session,
-    sampler: Sampler,
+    wanted: &Request,
     path: &Path,
-    pace: Pace,
     terminal: &mut Terminal,
 ) -> Result<(), Error> {
     let mut csv = Csv::open(path)?;
-    let sampler = watch::samples(
+    let watched = watch(
         session,
-        sampler,
-        pace,
+        wanted,
         terminal,
         &mut |terminal, session, sampler, sample| {
             terminal.document(&sampler.json(session, sample))?;
@@ -101,7 +100,7 @@ pub(super) fn record(
         },
     )?;
     csv.flush()?;
-    let samples = Samples(sampler.printed);
+    let samples = Samples(watched.samples);
     terminal.line(format!("recorded {samples} in {}", path.display()))?;
-    watch::summarize(session, &sampler, terminal)
+    tell(&watched, terminal)
 }

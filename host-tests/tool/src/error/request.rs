@@ -1,6 +1,8 @@
 //! Errors of the command line, of names, and of what a product does not have.
 
 use super::NumberError;
+use crate::meaning::Named;
+use crate::ops::NewRate;
 use crate::question::Doubts;
 use texts::{errors, texts};
 
@@ -119,7 +121,7 @@ errors! {
             "das Gerät hat kein Objekt, das seine Parameter speichert (1010h)";
         J1939Save: Usage "not-offered" = "J1939 has no command that stores its parameters", "J1939 hat keinen Befehl, der die Parameter speichert";
         J1939Load: Usage "not-offered" = "J1939 has no command that loads its factory values", "J1939 hat keinen Befehl, der die Werkswerte lädt";
-        NoSuchRate(product: &'static str, rate: String, rates: String): Usage "out-of-range" = "{product} does not have {rate}; it has {rates}",
+        NoSuchRate(product: &'static str, rate: NewRate, rates: Named): Usage "out-of-range" = "{product} does not have {rate}; it has {rates}",
             "{product} hat {rate} nicht; es hat {rates}";
         NotConfirmed(sensor: String, name: String): Usage "not-confirmed" = "nothing has changed ({sensor}): --yes={name} answers the question",
             "nichts hat sich geändert ({sensor}): Die Frage {name} wurde nicht bestätigt";

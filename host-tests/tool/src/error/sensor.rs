@@ -2,6 +2,7 @@
 
 use super::{NO_ANSWER, NO_ANSWER_DE, NOT_FOUND, NOT_FOUND_DE};
 use crate::counted::Bytes;
+use crate::ops::NewRate;
 use texts::{errors, texts};
 
 errors! {
@@ -56,7 +57,7 @@ errors! {
         Moved(address: String): Silent "no-answer" = "the sensor does not answer at the {address}: switch it off and on, then `plumbline scan`",
             "der Sensor antwortet nicht auf {address}: Schalten Sie ihn aus und ein. {NOT_FOUND_DE}",
             "the sensor does not answer at the {address}: {NOT_FOUND}";
-        Rate(rate: String): Silent "no-answer" = "the sensor does not answer at the bit rate {rate}: switch it off and on, then `plumbline scan`",
+        Rate(rate: NewRate): Silent "no-answer" = "the sensor does not answer at the bit rate {rate}: switch it off and on, then `plumbline scan`",
             "der Sensor antwortet nicht bei der Bitrate {rate}: Schalten Sie ihn aus und ein. {NOT_FOUND_DE}",
             "the sensor does not answer at the bit rate {rate}: {NOT_FOUND}";
         Request: Silent "no-answer" = "the sensor does not answer", "der Sensor antwortet nicht";
@@ -101,7 +102,7 @@ errors! {
         AddressInUse(address: String): Refused "address-in-use" = "the {address} is in use: nothing has changed. Choose another one; `plumbline scan --active` shows the devices on the bus",
             "{address} wird schon verwendet: Nichts hat sich geändert. Wählen Sie eine andere; Sensoren suchen zeigt die Geräte am Bus",
             "the {address} is in use: nothing has changed. Choose another one; Find sensors shows the devices on the bus";
-        NotRestarted(new: String, old: &'static str): Refused "not-restarted" = "{new} is stored, but the sensor still has {old}: switch it off and on",
+        NotRestarted(new: NewRate, old: &'static str): Refused "not-restarted" = "{new} is stored, but the sensor still has {old}: switch it off and on",
             "{new} ist gespeichert, aber der Sensor hat noch {old}: Schalten Sie ihn aus und ein";
         NotWritten(name: String, text: String, read: String): Refused "not-written" = "{name} was written as {text}, but reads {read}: repeat, or restart the sensor with `plumbline restart`",
             "{name} wurde als {text} geschrieben, ist aber {read}: Wiederholen Sie, oder starten Sie den Sensor neu";

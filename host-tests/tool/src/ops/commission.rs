@@ -9,7 +9,7 @@ pub mod state;
 
 use super::adjust::{self, What};
 use super::report::Report;
-use super::{address, restore};
+use super::{address, diff, restore};
 use crate::error::{Differing, Error, SensorError, Silence};
 use crate::identify::{self, Found};
 use crate::labels::Labels;
@@ -247,7 +247,7 @@ fn one(
     address::arrive(session, target)?;
     found.target = target;
     identify::is_same(session, &found)?;
-    match restore::compare(session, settings)? {
+    match diff::compare(session, settings)? {
         0 => {}
         count => return Err(SensorError::NotKept(item.name.clone(), Differing::of(count)).into()),
     }

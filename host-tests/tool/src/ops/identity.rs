@@ -1,6 +1,8 @@
 //! The identity of a sensor: what it tells about itself.
 
-use crate::error::{Error, RequestError, SensorError};
+use crate::eds::identity as data_sheet;
+use crate::error::{Error, Fault, FileError, RequestError, SensorError};
+use crate::identify;
 use crate::note::Note;
 use crate::output::Terminal;
 use crate::session::Session;
@@ -105,4 +107,26 @@ pub(crate) fn texts<const N: usize>(values: [(&'static str, Option<Vec<u8>>); N]
         (!text.is_empty()).then_some((key, Value::Text(text)))
     });
     values.collect()
+}
+
+/// The product and the identity in the text of a file. `name` is the wanted product.
+///
+/// # Errors
+/// The product is not known, or cannot have this identity.
+pub fn given(text: &str, shown: &str, name: Option<&str>) -> Result<Told, Error> {
+    let bad = |why: Fault| FileError::Identity(shown.to_owned(), why);
+    let wanted = name.map(identify::product).transpose()?;
+    let is_data_sheet = data_sheet::is_data_sheet(text);
+    let mut sheet = Sheet::default();
+    if !is_data_sheet {
+        sheet = Sheet::parse(text).map_err(|why| bad(why.into()))?;
+    }
+    let product = wanted
+        .or(sheet.product)
+        .ok_or(RequestError::IdentityProduct)?;
+    if is_data_sheet {
+        sheet = data_sheet::sheet(text, product).map_err(bad)?;
+    }
+    let unit = sheet.unit(product).map_err(|why| bad(why.into()))?;
+    Ok(Told { product, unit })
 }

@@ -5,7 +5,9 @@ pub(crate) mod adjust;
 pub(crate) mod align;
 pub(crate) mod backup;
 pub mod bridge;
+pub mod calibrate;
 pub(crate) mod commission;
+pub mod diff;
 pub(crate) mod doctor;
 mod factory;
 pub(crate) mod get;
@@ -22,6 +24,7 @@ pub(crate) mod restore;
 pub(crate) mod set;
 pub(crate) mod transmit;
 pub mod update;
+pub mod watch;
 
 use crate::error::Error;
 use crate::identify::{self, Found};

@@ -7,6 +7,7 @@ use crate::error::{Error, RequestError, SensorError, Silence, Why};
 use crate::identify::{self, Found};
 use crate::master::Target;
 use crate::master::{Codes, Storing};
+use crate::meaning::{Named, german};
 use crate::output::Terminal;
 use crate::question::Change;
 use crate::scan::kbits;
@@ -17,6 +18,7 @@ use plumbline::can::BitRate;
 use plumbline::param::ParameterId;
 use plumbline::time::{Duration, after, millis};
 use std::fmt::{self, Display, Formatter};
+use texts::Text;
 
 /// The time in which a DeviceNet sensor has stored a change by itself.
 const STORING: Duration = millis(1500);
@@ -28,6 +30,9 @@ const RESTART: Duration = millis(4000);
 /// its first message at the new one: its error frames can bring the sensor to bus-off.
 pub(super) const SOON: Duration = millis(4);
 
+/// The name of the value of a bit rate that the sensor detects.
+const AUTOMATIC: &str = "automatic detection";
+
 /// A bit rate for a sensor.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum NewRate {
@@ -36,8 +41,6 @@ pub enum NewRate {
     /// This one.
     Fixed(BitRate),
 }
-
-texts::same! { NewRate }
 
 impl NewRate {
     /// The rate; None: automatic detection.
@@ -69,7 +72,14 @@ impl From<NewRate> for Option<BitRate> {
 
 impl Display for NewRate {
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
-        f.write_str(self.fixed().map_or("automatic detection", BitRate::name))
+        f.write_str(self.fixed().map_or(AUTOMATIC, BitRate::name))
+    }
+}
+
+impl Text for NewRate {
+    fn german(&self) -> String {
+        let rate = self.fixed().map(BitRate::name);
+        rate.unwrap_or_else(|| german(AUTOMATIC)).replace('.', ",")
     }
 }
 
@@ -116,8 +126,8 @@ pub(super) fn rate(
             // It has its old address too. The questions at the wrong rate disturb it for a while.
             let is_at_old = answers(session, session.target, found)?;
             Err(match (is_at_old, old) {
-                (true, Some(old)) => SensorError::NotRestarted(new.to_string(), old.name()).into(),
-                _ => Silence::Rate(new.to_string()).into(),
+                (true, Some(old)) => SensorError::NotRestarted(new, old.name()).into(),
+                _ => Silence::Rate(new).into(),
             })
         }
     }
@@ -139,11 +149,12 @@ fn code(session: &Session, new: NewRate) -> Result<(Entry, u32), Error> {
     rates.retain(|(raw, _)| entry.check(*raw, &entry.scale).is_ok());
     let found = rates.iter().find(|(_, rate)| *rate == wanted);
     found.map(|(raw, _)| (entry, *raw)).ok_or_else(|| {
-        let names: Vec<String> = rates
-            .iter()
-            .map(|(_, rate)| NewRate::from(*rate).to_string())
-            .collect();
-        RequestError::NoSuchRate(product.name, new.to_string(), names.join(", ")).into()
+        let names = Named::of(|language| {
+            let names = rates.iter();
+            let names = names.map(|(_, rate)| rate.map_or(language(AUTOMATIC), BitRate::name));
+            names.collect::<Vec<_>>().join(", ")
+        });
+        RequestError::NoSuchRate(product.name, new, names).into()
     })
 }
 
@@ -208,6 +219,22 @@ pub(super) fn answers(session: &mut Session, target: Target, found: &Found) -> R
         }
         if session.link.now() >= until {
             return Ok(false);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rate_that_the_sensor_detects_has_a_german_name() {
+        for (rate, english, german) in [
+            (None, "automatic detection", "automatische Erkennung"),
+            (Some(BitRate::K62_5), "62.5 kbit/s", "62,5 kbit/s"),
+        ] {
+            let rate = NewRate::from(rate);
+            assert_eq!([rate.to_string(), Text::german(&rate)], [english, german]);
         }
     }
 }

@@ -1,6 +1,6 @@
 //! `update`: another program for a sensor with a bootloader.
 
-use super::restore;
+use super::diff;
 use crate::backup::Backup;
 use crate::error::{Differing, Error, RequestError, SensorError, Silence, What};
 use crate::identify;
@@ -107,7 +107,7 @@ pub(crate) fn update(
     let target = session.target;
     let mut done = go_on(session, target, image, downgrade, terminal)?;
     if let Some((backup, file)) = kept {
-        let count = restore::count_differences(session, &backup)?;
+        let count = diff::count_differences(session, &backup)?;
         if count > 0 {
             terminal.note(&Note::SettingsDiffer(Differing::of(count), file));
         }

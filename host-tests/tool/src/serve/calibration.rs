@@ -8,8 +8,8 @@ use super::line;
 use crate::calibrate::host::{Host, Question, State, Step};
 use crate::calibrate::log::Source;
 use crate::calibrate::rest::Average;
-use crate::command::calibrate;
 use crate::error::{CalibrationError, Error, RequestError};
+use crate::ops::calibrate;
 use serde::Deserialize;
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
@@ -267,7 +267,7 @@ impl Page {
         }
         match result {
             Ok(done) => {
-                self.document["result"] = done.document();
+                self.document["result"] = json!(done);
                 self.document["next"] = done.next.texts();
                 self.notes.push(done.next.texts());
                 self.show("done");

@@ -3,9 +3,9 @@
 
 use super::file::log;
 use super::{Answer, App, parse};
-use crate::command::identity::given;
 use crate::error::{Error, FileError, PageError};
 use crate::ops::identity::Told;
+use crate::ops::identity::given;
 use crate::serve::line::Words;
 use axum::body::Bytes;
 use axum::extract::State;
