@@ -96,7 +96,7 @@ function show() {
     "zero-x": axes.includes("x"),
     "zero-y": axes.includes("y") && (device?.angles.length ?? 0) > 1,
     "teach": device?.teach ?? false,
-    "save": protocol !== "devicenet",
+    "save": device?.saves ?? true,
     "restart": true,
     "load-factory": true,
     "node-id": protocol === "canopen" && isOurs,
@@ -114,7 +114,7 @@ function show() {
 
 /** Starts the buttons. */
 export function start() {
-  const saves = () => state.device?.protocol !== "devicenet";
+  const saves = () => state.device?.saves ?? true;
   /** @type {Record<string, () => Promise<unknown>>} */
   const actions = {
     "zero": () => adjust("zero", (save) => ({ zero: { save } }), saves()),

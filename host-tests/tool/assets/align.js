@@ -31,7 +31,7 @@ function show() {
 
 async function align() {
   const own = sensor();
-  const checks = state.device?.protocol === "devicenet" ? [] : [t("also-save")];
+  const checks = state.device?.saves === false ? [] : [t("also-save")];
   const answer = await ask({ title: t("align-title"), text: `${t("align-text")}\n${which()}`, yes: t("align-measure"), checks });
   if (!answer) return;
   aligned = null;

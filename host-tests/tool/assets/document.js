@@ -54,7 +54,7 @@ function label() {
 
 /** Whether the sensor stores its settings on command: a restore that was interrupted can be finished. */
 function stores() {
-  return state.device?.protocol !== "devicenet";
+  return state.device?.saves ?? true;
 }
 
 /** Another file. @param {any} next @param {string} name @param {boolean} changed */

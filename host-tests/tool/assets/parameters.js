@@ -128,7 +128,7 @@ async function write(entry) {
     title: t("set-title", entry.name), text: which(), yes: t("write"),
     field: { label: t("value"), value: entry.choices.length > 0 ? choice(entry.choices, present) : present ? shown(present) : "", hint: range(entry),
       choices: entry.choices.map(({ name }) => name) },
-    checks: state.device?.protocol === "devicenet" ? [] : [t("also-save")],
+    checks: state.device?.saves === false ? [] : [t("also-save")],
   }, ({ value, checked }) => post("api/run", { set: { assignments: [`${entry.name}=${value}`], save: checked[0] ?? false } }, own));
 }
 

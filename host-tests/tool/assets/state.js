@@ -8,7 +8,7 @@ import { named, numbers } from "./texts.js";
  * @typedef {{name: string, unit: string}} Angle
  * @typedef {{name: string, raw: number}} Choice
  * @typedef {{connection: number, product: string, sheet: string, foreign: boolean, maker: string, protocol: string, address: string, serial: number | null, rate: number | null,
- *   article: string | null, firmware: string | null, label?: string, angles: Angle[], zero: string[], align: boolean, teach: boolean}} Device
+ *   article: string | null, firmware: string | null, label?: string, angles: Angle[], zero: string[], align: boolean, teach: boolean, saves: boolean}} Device
  * @typedef {{state: string, port: string | null, rate: number | null, perSecond: number, errors: number | null, unread?: {lines: number, first: string} | null, samples: number,
  *   lost: number, silent: boolean, unsaved: string[], sendsEvery?: number | null, busy: string | null, error: import("./texts.js").Texts | null, line: string | null}} Status
  */

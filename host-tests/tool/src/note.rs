@@ -70,10 +70,10 @@ texts! {
             "dieser Computer hat keinen Adapter für plumbline: Stecken Sie einen an, oder versuchen Sie demo:is2";
         EntriesNotShown(count: Entries) = "left out: {count} of the data sheet with a type that plumbline does not show, or without an object",
             "weggelassen: {count} des Datenblatts mit einem Typ, den plumbline nicht zeigt, oder ohne Objekt";
-        LineIgnored(line: usize) = "line {line} of the data sheet is no section, entry or comment and is ignored",
-            "Zeile {line} des Datenblatts ist weder Abschnitt noch Eintrag noch Kommentar und wird nicht beachtet";
-        LinesIgnored(line: usize, more: usize) = "line {line} (and {more} more) of the data sheet is no section, entry or comment and is ignored",
-            "Zeile {line} (und {more} weitere) des Datenblatts ist weder Abschnitt noch Eintrag noch Kommentar und wird nicht beachtet";
+        LineIgnored(line: usize) = "line {line} of the data sheet is no section, new entry or comment and is ignored",
+            "Zeile {line} des Datenblatts ist weder Abschnitt noch neuer Eintrag noch Kommentar und wird nicht beachtet";
+        LinesIgnored(line: usize, more: usize) = "line {line} (and {more} more) of the data sheet is no section, new entry or comment and is ignored",
+            "Zeile {line} (und {more} weitere) des Datenblatts ist weder Abschnitt noch neuer Eintrag noch Kommentar und wird nicht beachtet";
         NotCompared(what: String) = "the data sheet names no {what}, so it is not compared",
             "das Datenblatt nennt {what} nicht, deshalb wird das nicht verglichen";
         Sheet(path: String) = "the sheet is {path}", "das Datenblatt ist {path}";

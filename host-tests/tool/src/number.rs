@@ -9,7 +9,6 @@ pub use scale::Scale;
 
 use crate::error::{Meant, NumberError};
 use crate::known::meant;
-use crate::master::fsc::request::shown;
 use crate::meaning::{Language, Named, german};
 use crate::sheet::{Entry, Form};
 use plumbline::can::CanId;
@@ -334,6 +333,14 @@ pub fn identifier(text: &str) -> Result<u32, NumberError> {
         (1..=3, Some(number)) if number <= 0x7FF => Ok(CanId::standard(number as u16).bits()),
         (8, Some(number)) if number <= 0x1FFF_FFFF => Ok(CanId::extended(number).bits()),
         _ => Err(NumberError::NoIdentifier),
+    }
+}
+
+/// An identifier as text: 3 hexadecimal digits for 11 bits, 8 for 29 bits.
+pub fn shown(id: CanId) -> String {
+    match id.bits() >> 31 {
+        0 => format!("{:03X}h", id.bits()),
+        _ => format!("{:08X}h", id.bits() & 0x1FFF_FFFF),
     }
 }
 

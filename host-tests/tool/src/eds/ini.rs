@@ -4,6 +4,7 @@ use super::canopen::address;
 use super::{MOST, too_many};
 use crate::error::Fault;
 use std::collections::HashMap;
+use std::collections::hash_map::Entry;
 use texts::shown;
 
 /// The longest line in bytes. One of CiA 306 has 255.
@@ -33,8 +34,8 @@ impl Section {
 /// The sections by name.
 pub type Sections = HashMap<String, Section>;
 
-/// The sections, and the lines that are neither a section, a key nor a comment. Such a line changes no entry. If a key is there twice, the
-/// last one counts.
+/// The sections, and the lines that are neither a section, a new key nor a comment. Such a line changes no entry: a key that is there twice
+/// has its first value, because the name of the next section can be missing before it.
 ///
 /// # Errors
 /// One sentence with the line that cannot be read. The keys behind a damaged name of a section would belong to the section before, and those
@@ -69,7 +70,12 @@ pub fn sections(text: &str) -> Result<(Sections, Vec<usize>), Fault> {
             sections.entry(current.clone()).or_default();
         } else if let Some((key, value)) = line.split_once('=') {
             let section = sections.entry(current.clone()).or_default();
-            section.0.insert(small(key), value.trim().to_owned());
+            match section.0.entry(small(key)) {
+                Entry::Occupied(_) => ignored.push(place + 1),
+                Entry::Vacant(own) => {
+                    own.insert(value.trim().to_owned());
+                }
+            }
         } else if line.contains(['[', ']']) {
             return Err(damaged());
         } else {

@@ -1,7 +1,6 @@
 //! The master of each protocol, one folder for each.
 //!
-//! A new protocol is a folder and a line of `masters!`, and what [`scan`](crate::scan) and [`eds`](crate::eds) know of its messages and data
-//! sheets.
+//! CONTRIBUTING lists what else a new protocol touches.
 
 pub mod canopen;
 pub mod devicenet;

@@ -3,8 +3,8 @@
 use crate::error::Error;
 use crate::identify::Found;
 use crate::labels::Labels;
-use crate::master::fsc::request::shown;
 use crate::master::{Protocol, Target};
+use crate::number::shown;
 use crate::output::Terminal;
 use plumbline::can::{BitRate, CanId};
 use serde_json::{Number, Value, json};

@@ -9,6 +9,7 @@ use super::sheets::Sheets;
 use crate::cyclic::pace::Pace;
 use crate::error::{Error, RequestError};
 use crate::identify::Found;
+use crate::master::Storing;
 use crate::master::canopen::error_register;
 use crate::sample::{Sample, Sampler};
 use crate::scan::kbits;
@@ -361,6 +362,7 @@ impl Live {
         let mut zero = product.guide.zero.iter();
         device["align"] = json!(!axes.is_empty() && zero.all(|one| one.offset.is_some()));
         device["teach"] = json!(!product.guide.teach.is_empty());
+        device["saves"] = json!(self.session.storing() != Storing::Itself);
         device
     }
 }

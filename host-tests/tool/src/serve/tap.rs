@@ -136,7 +136,7 @@ impl Tap {
         let rows = rows.into_iter().map(|(_, newest)| {
             newest.is_new = false;
             json!({
-                "id": crate::master::fsc::request::shown(newest.frame.can_id()),
+                "id": crate::number::shown(newest.frame.can_id()),
                 "data": newest.frame.bytes().iter().map(|byte| format!("{byte:02X}")).collect::<Vec<_>>().join(" "),
                 "remote": newest.frame.is_remote(),
                 "count": newest.count,

@@ -50,6 +50,15 @@ fn stray_line_changes_no_entry() {
 }
 
 #[test]
+fn missing_name_of_a_section_does_not_change_the_object_before_it() {
+    let text = OBJECTS.replace("[2001]\n", "");
+    let sheet = parsed(text.as_bytes()).unwrap();
+    let wanted = entries(&parsed(OBJECTS.as_bytes()).unwrap());
+    assert_eq!(entries(&sheet), wanted[..1]);
+    assert_eq!(sheet.data_sheet.unwrap().ignored, [6, 7, 8, 9]);
+}
+
+#[test]
 fn stray_line_in_an_entry_of_several_lines_is_an_error_with_its_line() {
     for stray in [
         "// terminator",

@@ -4,9 +4,10 @@
 
 use super::boot_up::boot_up;
 use super::identify::is_of_generation;
-use super::request::{Sensor, names, shown};
+use super::request::{Sensor, names};
 use super::{PROTOCOL, factory, tables};
 use crate::decode::{Decoded, Decoder, Device, Known, Named};
+use crate::number::shown;
 use crate::number::version_text;
 use crate::sheet::{Address, Entry};
 use plumbline::can::{CanId, Frame};

@@ -8,6 +8,7 @@
 
 use crate::error::{Error, Next, Refusal, SensorError, Silence};
 use crate::link::Link;
+use crate::number::shown;
 use plumbline::can::{CanId, Frame};
 use plumbline::fsc::{Condition, StatusBit};
 use plumbline::model::listing::fsc::Tables;
@@ -199,12 +200,4 @@ pub fn names(bits: &[StatusBit; 8], status: u8) -> Vec<&'static str> {
         .map(|place| bits[place].name)
         .filter(|name| !name.is_empty())
         .collect()
-}
-
-/// An identifier as text: 3 hexadecimal digits for 11 bits, 8 for 29 bits.
-pub fn shown(id: CanId) -> String {
-    match id.bits() >> 31 {
-        0 => format!("{:03X}h", id.bits()),
-        _ => format!("{:08X}h", id.bits() & 0x1FFF_FFFF),
-    }
 }

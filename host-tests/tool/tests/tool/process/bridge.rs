@@ -130,7 +130,7 @@ fn broker_keeps_identity_status_availability_and_the_discovery() {
     let known = std::fs::read_to_string(known).expect("a file");
     assert_eq!(
         known,
-        "yard/crane/1/availability\nyard/crane/99/availability\n"
+        "yard/crane/1/availability\tGEMAC\nyard/crane/99/availability\t\n"
     );
     assert_eq!(document("yard/crane/1/status"), json!({"errors": []}));
     let identity = document("yard/crane/1/identity");
