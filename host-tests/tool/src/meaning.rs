@@ -73,12 +73,9 @@ pub fn german(name: &'static str) -> &'static str {
     own.map_or(name, |(_, german)| german)
 }
 
-/// A text with names of values, which are German in the German text.
+/// A text with names of values, in English and in German. It is in a box, because it is a part of errors, which are small.
 #[derive(Clone, PartialEq, Eq, Debug)]
-pub struct Named {
-    english: String,
-    german: String,
-}
+pub struct Named(Box<[String; 2]>);
 
 /// The name of a value in a language.
 pub type Language = fn(&'static str) -> &'static str;
@@ -86,22 +83,19 @@ pub type Language = fn(&'static str) -> &'static str;
 impl Named {
     /// The text that is made with the names of a language.
     pub fn of(text: impl Fn(Language) -> String) -> Self {
-        Self {
-            english: text(|name| name),
-            german: text(german),
-        }
+        Self(Box::new([text(|name| name), text(german)]))
     }
 }
 
 impl Display for Named {
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
-        f.write_str(&self.english)
+        f.write_str(&self.0[0])
     }
 }
 
 impl Text for Named {
     fn german(&self) -> String {
-        self.german.clone()
+        self.0[1].clone()
     }
 }
 
