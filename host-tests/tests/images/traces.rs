@@ -15,6 +15,7 @@ use plumbline::model::catalog::{PRODUCTS, bases};
 use plumbline::time::{Duration, Instant};
 use std::path::{Path, PathBuf};
 use std::sync::Once;
+use stm32_sim::cortex_m::interruption::Interruptions;
 
 /// Maximum additional delay of an image: it handles a deadline at the next tick of its clock, and an event in the next run of its main
 /// loop. In a message of five packets, the deadline of each packet follows from the packet before, and that of the second check of a MAC ID
@@ -132,10 +133,18 @@ fn first_frame(sensor: Box<dyn Sensor>) -> Option<Instant> {
     None
 }
 
-/// The image of a product for the board passes the traces of the product. It boots later than the core.
+/// The receive interrupt of the CAN controller on all boards.
+const RECEIVE_INTERRUPT: u8 = 20;
+
+/// The image of a product for the board passes the traces of the product. It boots later than the core. The receive interrupt, here without a
+/// frame, comes within each load and store of several words that the main loop executes, after each of its words.
 fn image_passes(product: &'static str) {
+    let interruptions = Interruptions::default();
     let of_image = |node_type: &NodeType, serial, motion| -> Box<dyn Sensor> {
-        Box::new(part(node_type.name, serial, blank(), motion))
+        let mut sensor = part(node_type.name, serial, blank(), motion);
+        let core = sensor.core_mut();
+        core.interrupt_within_instructions(RECEIVE_INTERRUPT, &interruptions);
+        Box::new(sensor)
     };
     let node_type = node_type(product);
     let core = Device::new(
@@ -154,6 +163,11 @@ fn image_passes(product: &'static str) {
         trace.loosen(delay(product), NOISE);
         trace.replay_on(&node_type, &scene, boot, &of_image)
     });
+    let places = interruptions.places();
+    let count: usize = places.values().sum();
+    let instructions = places.len();
+    println!("{product}: {count} interrupts within {instructions} loads and stores");
+    assert!(count > instructions && instructions > 50, "{product}");
 }
 
 /// Those that differ from the tested images by constants. Only in a long run.

@@ -299,6 +299,7 @@ impl CortexM3 {
         let result = self.execute(io, &place.instruction);
         self.in_it_block = false;
         if result.is_err()
+            || std::mem::take(&mut self.abandoned)
             || self
                 .pause
                 .is_some_and(|pause| matches!(pause, super::Pause::Bkpt(_)))

@@ -19,6 +19,7 @@ mod execute;
 mod fault;
 mod fault_entry;
 mod frames;
+pub mod interruption;
 mod memory;
 mod model;
 mod nvic;
@@ -39,6 +40,7 @@ use dwt::Dwt;
 use exceptions::{Exceptions, HARD_FAULT, NMI, SYSTICK, only};
 pub use fault::{Fault, FaultKind};
 use fault_entry::FaultStatus;
+use interruption::Interruption;
 pub use memory::MemorySizes;
 use memory::{FLASH_START, Memory};
 pub use model::Model;
@@ -74,6 +76,7 @@ pub struct CortexM3 {
     identity: u32,
     /// Arm erratum 602117: an interrupted LDRD starts again with a wrong base.
     restarts_loads: bool,
+    interruption: Option<Interruption>,
     registers: Registers,
     /// The address of the next instruction.
     next: u32,
@@ -96,6 +99,8 @@ pub struct CortexM3 {
     returned: bool,
     /// An instruction in an IT block executes.
     in_it_block: bool,
+    /// An instruction in an IT block was abandoned.
+    abandoned: bool,
     /// The local monitor of LDREX and STREX.
     exclusive: bool,
     /// [`Io::take_changed`] has returned true since the last pause.
@@ -143,6 +148,7 @@ impl CortexM3 {
             model,
             identity: model.cpuid(),
             restarts_loads: false,
+            interruption: None,
             registers: Registers::new(0),
             next: 0,
             thumb: true,
@@ -159,6 +165,7 @@ impl CortexM3 {
             stop_at: 0,
             returned: false,
             in_it_block: false,
+            abandoned: false,
             exclusive: false,
             changed: false,
             pause: None,
@@ -214,6 +221,7 @@ impl CortexM3 {
         self.thumb = entry & 1 != 0;
         self.returned = false;
         self.in_it_block = false;
+        self.abandoned = false;
         self.exclusive = false;
         self.changed = false;
         self.pause = None;

@@ -44,6 +44,17 @@ impl CortexM3 {
     ) -> Result<()> {
         let (mut address, base) = span(self.registers.get(n), kind, list);
         aligned(address, 3)?;
+        if let Some(words) = self.abandoned_after(list.count_ones()) {
+            for register in registers(list).take(words) {
+                let value = self.load_value(io, Size::Word, address)?;
+                if register != n {
+                    self.registers.set(register, value);
+                }
+                address = address.wrapping_add(4);
+            }
+            self.abandon();
+            return Ok(());
+        }
         let mut target = None;
         for register in registers(list) {
             let value = self.load_value(io, Size::Word, address)?;
@@ -73,11 +84,15 @@ impl CortexM3 {
     ) -> Result<()> {
         let (mut address, base) = span(self.registers.get(n), kind, list);
         aligned(address, 3)?;
-        for register in registers(list) {
+        let abandoned = self.abandoned_after(list.count_ones());
+        let words = abandoned.unwrap_or(usize::MAX);
+        for register in registers(list).take(words) {
             self.store_value(io, Size::Word, address, self.registers.get(register))?;
             address = address.wrapping_add(4);
         }
-        if write_back {
+        if abandoned.is_some() {
+            self.abandon();
+        } else if write_back {
             self.registers.set(n, base);
         }
         Ok(())
@@ -100,6 +115,14 @@ impl CortexM3 {
         };
         aligned(address, 3)?;
         let first = self.load_value(io, Size::Word, address)?;
+        if self.abandoned_after(2).is_some() {
+            // The base: see `restart_load`.
+            if t != n {
+                self.registers.set(t, first);
+            }
+            self.abandon();
+            return Ok(());
+        }
         let second = self.load_value(io, Size::Word, address.wrapping_add(4))?;
         if index != Index::Offset {
             self.registers.set(n, base);
@@ -139,6 +162,10 @@ impl CortexM3 {
         let (address, base) = self.index(n, index, offset);
         aligned(address, 3)?;
         self.store_value(io, Size::Word, address, self.registers.get(t))?;
+        if self.abandoned_after(2).is_some() {
+            self.abandon();
+            return Ok(());
+        }
         self.store_value(
             io,
             Size::Word,

@@ -5,6 +5,7 @@ mod cycles;
 mod exceptions;
 mod faults;
 mod instructions;
+mod interruption;
 mod machine;
 mod timer;
 mod waiting;
