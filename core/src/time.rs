@@ -73,6 +73,15 @@ impl Deadline {
         self.is_set().then_some(time)
     }
 
+    /// The deadline with the delay `new` instead of `old` after the same time.
+    pub const fn with_delay(self, old: Duration, new: Duration) -> Self {
+        // Inverted ticks: a longer delay is a smaller number.
+        match self {
+            Self::NEVER => self,
+            Self(ticks) => Self(ticks.wrapping_add(old.ticks()).wrapping_sub(new.ticks())),
+        }
+    }
+
     /// Becomes the earlier one of this and another deadline.
     pub fn consider(&mut self, other: Self) {
         self.0 = self.0.max(other.0);
@@ -116,6 +125,17 @@ mod tests {
         assert!(deadline.is_reached(Instant::from_ticks(7)));
         assert!(!Deadline::NEVER.is_set());
         assert!(!Deadline::NEVER.is_reached(Instant::from_ticks(u64::MAX - 1)));
+    }
+
+    #[test]
+    fn deadline_with_another_delay_counts_from_the_same_time() {
+        let [two, five] = [2, 5].map(Duration::from_ticks);
+        let start = Instant::from_ticks(10);
+        for (old, new) in [(two, five), (five, two), (two, two)] {
+            let moved = Deadline::after(start, old).with_delay(old, new);
+            assert_eq!(moved, Deadline::after(start, new));
+        }
+        assert_eq!(Deadline::NEVER.with_delay(two, five), Deadline::NEVER);
     }
 
     #[test]

@@ -286,9 +286,11 @@ impl<H: History> Emergency<H> {
         self.inhibited = Deadline::NEVER;
     }
 
-    /// Sets the inhibit time, in 100 us.
+    /// Sets the inhibit time, in 100 us. A running one counts from the same message.
     pub fn configure(&mut self, inhibit: u32) {
+        let before = self.inhibit;
         self.inhibit = Duration::from_ticks(u64::from(inhibit) * 100);
+        self.inhibited = self.inhibited.with_delay(before, self.inhibit);
     }
 
     /// Sets the faults in `mask` to `bits`. [`announce_next`](Self::announce_next) queues the messages.

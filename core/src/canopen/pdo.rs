@@ -188,6 +188,11 @@ const VALID: u8 = 1 << 1;
 pub(super) const MAPPED: u8 = 1 << 2;
 const ALL: u8 = OPERATIONAL | VALID | MAPPED;
 
+/// A remote frame or changed data.
+const EVENT_OF_DATA: u8 = 1 << 0;
+/// The end of a period of the event timer.
+const EVENT_OF_TIMER: u8 = 1 << 1;
+
 /// A transmit PDO: when its data is sent.
 #[derive(Clone, Debug)]
 pub struct Tpdo {
@@ -204,8 +209,8 @@ pub struct Tpdo {
     inhibit: u16,
     /// The event timer in ms.
     event_ms: u16,
-    /// An event waits for the end of the inhibit time.
-    waiting: bool,
+    /// What waits for the end of the inhibit time.
+    waiting: u8,
     event: Periodic,
     /// The end of the inhibit time.
     inhibited: Deadline,
@@ -223,7 +228,7 @@ impl Tpdo {
         syncs: 0,
         inhibit: 0,
         event_ms: 0,
-        waiting: false,
+        waiting: 0,
         event: Periodic::OFF,
         inhibited: Deadline::NEVER,
         kept: None,
@@ -234,7 +239,7 @@ impl Tpdo {
         // By field: a copy of the initial state needs more flash.
         self.conditions = MAPPED;
         self.event.stop();
-        self.waiting = false;
+        self.waiting = 0;
         self.syncs = 0;
         self.kept = None;
         self.remote = false;
@@ -259,7 +264,7 @@ impl Tpdo {
             (self.transmission_type, self.event_ms) = trigger;
             self.restart(now);
         }
-        self.inhibit = inhibit as u16;
+        self.change_inhibit_time(inhibit as u16);
         self.remote = cob_id & cob_id::BIT_30 == 0;
         self.set(now, VALID, cob_id & cob_id::DISABLED == 0);
         let id = cob_id as u16 & 0x7FF;
@@ -268,8 +273,22 @@ impl Tpdo {
         readdressed
     }
 
+    /// Sets the inhibit time. A running one counts from the same frame.
+    fn change_inhibit_time(&mut self, inhibit: u16) {
+        let before = self.inhibit_time();
+        self.inhibit = inhibit;
+        self.inhibited = self.inhibited.with_delay(before, self.inhibit_time());
+    }
+
+    fn inhibit_time(&self) -> Duration {
+        Duration::from_ticks(u64::from(self.inhibit) * 100)
+    }
+
     /// Sets the event timer. A running period continues, unless the timer is switched off.
     fn change_timer(&mut self, now: Instant, event_ms: u16) {
+        if event_ms == 0 {
+            self.waiting &= !EVENT_OF_TIMER;
+        }
         let before = core::mem::replace(&mut self.event_ms, event_ms);
         if before != 0 && event_ms != 0 {
             self.event.set_period(event_ms.into());
@@ -290,7 +309,7 @@ impl Tpdo {
 
     /// Begins the period and the count of SYNCs again.
     fn restart(&mut self, now: Instant) {
-        self.waiting = false;
+        self.waiting = 0;
         self.syncs = 0;
         self.kept = None;
         self.start_timer(now);
@@ -315,7 +334,7 @@ impl Tpdo {
 
     /// Notes that its data has changed.
     pub(super) fn changed(&mut self) {
-        self.waiting = true;
+        self.waiting |= EVENT_OF_DATA;
     }
 
     /// Whether all conditions hold under which it is sent.
@@ -358,7 +377,7 @@ impl Tpdo {
         match self.transmission_type {
             SYNC_REMOTE => Reaction::SendKept,
             EVENT.. => {
-                self.waiting = true;
+                self.waiting |= EVENT_OF_DATA;
                 if self.poll(now, triggers) {
                     Reaction::Send
                 } else {
@@ -387,8 +406,10 @@ impl Tpdo {
     /// ended.
     pub fn poll(&mut self, now: Instant, triggers: Triggers) -> bool {
         let expired = self.event.poll(now);
-        self.waiting |= expired;
-        self.waiting && self.begin_inhibit_time(now, triggers.restarts_timer && !expired)
+        if expired {
+            self.waiting |= EVENT_OF_TIMER;
+        }
+        self.waiting != 0 && self.begin_inhibit_time(now, triggers.restarts_timer && !expired)
     }
 
     /// Begins the inhibit time of the waiting event, and restarts the event timer on request. Returns false if the last inhibit time
@@ -397,13 +418,12 @@ impl Tpdo {
         if self.inhibited.is_set() && !self.inhibited.is_reached(now) {
             return false;
         }
-        self.waiting = false;
+        self.waiting = 0;
         if restarts_timer {
             self.start_timer(now);
         }
         self.inhibited = if self.inhibit > 0 {
-            let inhibit = u64::from(self.inhibit) * 100;
-            Deadline::after(now, Duration::from_ticks(inhibit))
+            Deadline::after(now, self.inhibit_time())
         } else {
             Deadline::NEVER
         };
@@ -412,7 +432,7 @@ impl Tpdo {
 
     /// Adds the time at which [`poll`](Self::poll) can become true.
     pub fn consider(&self, next: &mut Deadline) {
-        if self.waiting {
+        if self.waiting != 0 {
             next.consider(self.inhibited);
         }
         next.consider(self.event.deadline());

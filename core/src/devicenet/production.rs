@@ -81,11 +81,8 @@ impl Production {
 
     /// Sets the production inhibit time in ms. It begins with the last message.
     pub fn set_inhibit(&mut self, inhibit: u16) {
-        if let Some(end) = self.inhibited.time() {
-            let present = millis(self.inhibit.into());
-            let sent = Instant::from_ticks(end.ticks().wrapping_sub(present.ticks()));
-            self.inhibited = Deadline::after(sent, millis(inhibit.into()));
-        }
+        let [old, new] = [self.inhibit, inhibit].map(|ms| millis(ms.into()));
+        self.inhibited = self.inhibited.with_delay(old, new);
         self.inhibit = inhibit;
     }
 

@@ -306,6 +306,21 @@ fn inhibit_time_delays_emergencies() {
     );
 }
 
+#[test]
+fn new_inhibit_time_counts_from_the_last_emergency() {
+    for (inhibit, times) in [(500, [50, 100]), (900, [90, 180]), (300, [30, 60])] {
+        let mut t = booted();
+        t.write(0x1015, 0, 2, 500).unwrap();
+        t.bus(BusEvent::Overrun);
+        t.bus(BusEvent::Overrun);
+        assert_eq!(t.sent_text(), ["08A#1081110000000000"]);
+        t.wait_text(20);
+        t.write(0x1015, 0, 2, inhibit).unwrap();
+        let sent = t.wait_text(1000).into_iter().map(|(time, _)| time + 20);
+        assert_eq!(sent.take(2).collect::<Vec<_>>(), times, "{inhibit}");
+    }
+}
+
 /// Byte 3 of the message has a bit for each lasting fault. An overrun has no bit.
 #[test]
 fn overrun_has_no_bit_in_the_status_byte() {

@@ -229,10 +229,18 @@ fn inhibit_time_delays_events() {
         assert_eq!(times, [10, 35, 60, 85]);
         // The inhibit time also applies to a request.
         t.write(index, 5, 2, 0).unwrap();
-        t.wait_text(100);
+        assert_eq!(t.wait_text(100), []);
         assert_eq!(t.exchange(request), [tpdo]);
         assert_eq!(t.exchange(request), [""; 0]);
         assert_eq!(t.wait_text(100), [(25, tpdo.to_string())]);
+        // A new inhibit time counts from the last frame.
+        for (inhibit, time) in [(250, 25), (400, 40), (100, 10)] {
+            t.write(index, 3, 2, 250).unwrap();
+            assert_eq!(t.exchange(request), [tpdo]);
+            assert_eq!(t.exchange(request), [""; 0]);
+            t.write(index, 3, 2, inhibit).unwrap();
+            assert_eq!(t.wait_text(100), [(time, tpdo.to_string())]);
+        }
         // The inhibit time does not apply to the SYNC.
         t.write(index, 2, 1, 1).unwrap();
         assert_eq!(t.exchange("080#"), [tpdo]);

@@ -107,6 +107,55 @@ fn new_event_timer_acts_after_running_period() {
     assert_eq!(times(t.wait_text(60)), [30, 60]);
 }
 
+/// A node whose first TPDO, by a timer of 10 ms, was sent 30 ms ago. The inhibit time is 200 ms, so the next one waits.
+fn waiting() -> MappedTester {
+    let mut t = typed(254);
+    t.write(0x1800, 3, 2, 2000).unwrap();
+    t.write(0x1800, 5, 2, 10).unwrap();
+    t.send("000#0132");
+    assert_eq!(times(t.wait_text(40)), [10]);
+    t
+}
+
+#[test]
+fn new_inhibit_time_counts_from_the_last_frame() {
+    for (inhibit, expected) in [(2000, [170, 370]), (500, [20, 70]), (3000, [270, 570])] {
+        let mut t = waiting();
+        t.write(0x1800, 3, 2, inhibit).unwrap();
+        assert_eq!(times(t.wait_text(600))[..2], expected, "{inhibit}");
+    }
+}
+
+#[test]
+fn inhibit_time_of_0_sends_what_waits() {
+    let mut t = waiting();
+    assert_eq!(
+        t.exchange("632#2B00180300000000"),
+        ["5B2#6000180300000000", "1B2#00000000"]
+    );
+    assert_eq!(times(t.wait_text(20)), [10, 20]);
+}
+
+/// Section 7.2.13: writing 0 disables the service.
+#[test]
+fn event_of_the_timer_does_not_wait_behind_a_timer_of_0() {
+    let mut t = waiting();
+    t.write(0x1800, 5, 2, 0).unwrap();
+    assert_eq!(t.wait_text(1000), []);
+}
+
+#[test]
+fn request_waits_behind_a_timer_of_0() {
+    let mut t = typed(254);
+    t.write(0x1800, 3, 2, 1000).unwrap();
+    t.write(0x1800, 5, 2, 10).unwrap();
+    t.send("000#0132");
+    assert_eq!(times(t.wait_text(10)), [10]);
+    assert_eq!(t.exchange("1B2#R4"), [""; 0]);
+    t.write(0x1800, 5, 2, 0).unwrap();
+    assert_eq!(times(t.wait_text(400)), [100]);
+}
+
 #[test]
 fn new_type_restarts_count_of_syncs() {
     let mut t = typed(3);
