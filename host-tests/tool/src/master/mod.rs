@@ -231,6 +231,16 @@ pub trait Master {
         Vec::new()
     }
 
+    /// Whether a request to the address can be a command to other devices, whatever was heard.
+    fn is_reserved(&self) -> bool {
+        false
+    }
+
+    /// The identifier of its answers and process data, if it has told it and the address does not contain it.
+    fn reply(&self) -> Option<CanId> {
+        None
+    }
+
     /// How long a node is asked that has just been heard.
     fn patience(&self) -> Duration {
         PATIENCE

@@ -6,6 +6,7 @@ use crate::error::{Error, RequestError};
 use crate::link::Link;
 use crate::scan::listen::Frames;
 use crate::scan::row::Heard;
+use crate::scan::signs::Signs;
 use crate::sheet::rows::Builder;
 use plumbline::model::catalog::Product;
 use std::ops::RangeInclusive;
@@ -43,6 +44,8 @@ pub struct Protocol {
     pub(crate) unaddressed: Option<Unaddressed>,
     /// What the messages of these products mean.
     pub(crate) decoder: fn(Known) -> Box<dyn Decoder>,
+    /// How the frames of a bus show its nodes.
+    pub(crate) signs: Signs,
 }
 
 type Told = fn(&mut Link) -> Result<Vec<Target>, Error>;

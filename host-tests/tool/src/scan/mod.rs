@@ -1,7 +1,7 @@
 //! `scan`: unknown bit rate, unknown protocol, unknown address.
 //!
 //! 1. `listen`: at all rates, only listening. The first valid frame shows the rate.
-//! 2. `passive`, `process_data`: what the frames tell. Nodes that are certain, and whose identifiers no other device uses, are asked who they are.
+//! 2. `passive`: what the frames tell, by the `signs` of each protocol. Nodes that are certain, and whose identifiers no other device uses, are asked who they are.
 //! 3. `active`: only after a yes. First the addresses as delivered at all rates, then all node-IDs and MAC IDs, and on request all
 //!    identifiers.
 //!
@@ -12,9 +12,9 @@ mod active;
 pub mod listen;
 mod memory;
 pub mod passive;
-mod process_data;
 pub(crate) mod row;
 pub mod schedule;
+pub(crate) mod signs;
 
 use crate::connect::RATES;
 use crate::counted::Frames;

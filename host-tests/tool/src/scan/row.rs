@@ -38,8 +38,8 @@ pub struct Heard {
 pub enum By {
     /// A message with its address.
     Message,
-    /// Angles of a GEMAC sensor in cyclic mode, with this Reply-Parameter-ID. `request` is the Set-Parameter-ID, if the other one is
-    /// that as delivered.
+    /// Angles with this identifier, which does not contain the address. GEMAC: `request` is the Set-Parameter-ID, if the Reply-Parameter-ID
+    /// is that as delivered.
     Cyclic {
         /// The identifier of the frames.
         reply: CanId,
@@ -48,9 +48,9 @@ pub enum By {
     },
     /// Its bootloader, which waits for a program.
     Bootloader,
-    /// I/O messages of DeviceNet: another master owns it.
+    /// Messages of another master, which owns it.
     Owned,
-    /// I/O messages or TPDOs that another device could also send.
+    /// Process data that another device could also send.
     Likely,
 }
 
@@ -90,16 +90,25 @@ impl Row {
                 by: By::Cyclic { reply, .. },
                 ..
             }) => Some(*reply),
-            Self::Found(Found {
-                target: Target::Fsc(sensor),
-                ..
-            }) => sensor.reply,
-            _ => None,
+            Self::Found(found) => found.target.reply(),
+            Self::Heard(_) => None,
         };
         let is_cyclic = matches!(earlier, Self::Heard(heard) if heard.address.is_none());
         match is_cyclic {
             true => cyclic(self).is_some() && cyclic(self) == cyclic(earlier),
             false => self.address() == earlier.address(),
+        }
+    }
+
+    /// Whether it shows the protocol of the bus.
+    pub(super) fn is_protocol(&self) -> bool {
+        match self {
+            Self::Found(_) => true,
+            Self::Heard(heard) => match heard.by {
+                By::Message | By::Bootloader | By::Owned => true,
+                By::Cyclic { request, .. } => request.is_some(),
+                By::Likely => false,
+            },
         }
     }
 
@@ -184,28 +193,27 @@ impl Row {
             Self::Heard(heard) => heard,
         };
         let address = heard.address.as_deref().unwrap_or("?");
+        let option = Protocol::named(heard.protocol).map_or("", |own| own.option);
         match heard.by {
             By::Message => None,
             By::Bootloader => Some(format!(
-                "plumbline {rate}{} {address} update FILE    its bootloader waits for a program",
-                Protocol::named(heard.protocol).map_or("", |own| own.option)
+                "plumbline {rate}{option} {address} update FILE    its bootloader waits for a program"
             )),
             By::Cyclic {
                 request: Some(request),
                 ..
             } => Some(format!(
-                "plumbline {rate}--id {} get    if the sensor still has the identifiers as delivered",
+                "plumbline {rate}{option} {} get    if the sensor still has the identifiers as delivered",
                 shown(request).trim_end_matches('h')
             )),
             By::Cyclic { request: None, .. } => Some(format!(
                 "its frames do not tell its Set-Parameter-ID: switch it off and on during `plumbline {rate}scan`, or search with `plumbline {rate}scan --search` if no other device is on the bus"
             )),
             By::Owned => Some(format!(
-                "plumbline {rate}--mac {address} --product NAME watch --cyclic    listens only: another master owns the sensor"
+                "plumbline {rate}{option} {address} --product NAME watch --cyclic    listens only: another master owns the sensor"
             )),
             By::Likely => Some(format!(
-                "plumbline {rate}{} {address} get    if it is this sensor",
-                Protocol::named(heard.protocol).map_or("", |own| own.option)
+                "plumbline {rate}{option} {address} get    if it is this sensor"
             )),
         }
     }

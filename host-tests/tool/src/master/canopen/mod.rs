@@ -13,6 +13,7 @@ pub(super) mod raw;
 mod rows;
 pub mod sdo;
 mod session;
+mod signs;
 
 pub(super) use session::{
     commands, enter_bootloader, is_stopped, load, loads_at_restart, object, own, program, read,
@@ -57,6 +58,7 @@ pub const PROTOCOL: Protocol = Protocol {
     told: None,
     unaddressed: Some(lss::unaddressed),
     decoder: decode::decoder,
+    signs: signs::SIGNS,
 };
 
 /// The objects of CiA 302-3: program control, and the CRC of the program.

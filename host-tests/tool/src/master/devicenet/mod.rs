@@ -7,6 +7,7 @@ pub mod explicit;
 mod identify;
 mod identity;
 mod rows;
+mod signs;
 
 pub(crate) use connection::Connection;
 
@@ -52,6 +53,7 @@ pub const PROTOCOL: Protocol = Protocol {
     told: None,
     unaddressed: None,
     decoder: decode::decoder,
+    signs: signs::SIGNS,
 };
 
 /// How long a node is asked that has just been heard: it answers after its duplicate MAC ID check of two seconds.

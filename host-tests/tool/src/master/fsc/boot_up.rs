@@ -8,6 +8,7 @@
 //! The identifier is the Reply-Parameter-ID. A sensor sends the message twice at once, and repeats it as long as nobody acknowledges it.
 //! Other devices send frames with the same first byte (J1939 fills with FFh), so one frame is not sufficient.
 
+use crate::master::Master;
 use crate::master::fsc::request::Sensor;
 use plumbline::can::{CanId, Frame};
 use plumbline::time::{Duration, Instant, after, millis};
@@ -28,7 +29,7 @@ const CHANGED: Duration = millis(1000);
 const SENSORS: usize = 64;
 
 /// Identifiers at which a question is a command to other devices: network management, SYNC, layer setting services.
-const RESERVED: [CanId; 4] = [
+pub(super) const RESERVED: [CanId; 4] = [
     CanId::standard(0x000),
     CanId::standard(0x080),
     CanId::standard(0x7E4),
@@ -46,11 +47,6 @@ pub fn boot_up(frame: &Frame) -> Option<Sensor> {
         request,
         reply: Some(frame.can_id()),
     })
-}
-
-/// Whether a sensor that was only heard may be asked at its identifier.
-pub fn may_be_asked(sensor: Sensor) -> bool {
-    !RESERVED.contains(&sensor.request)
 }
 
 /// Whether this number of messages between these times are repetitions of one message that nobody acknowledges.
@@ -82,7 +78,7 @@ impl Seen {
 
     /// Whether the sensor may be asked after it has settled.
     fn is_new(&self) -> bool {
-        self.is_pair() && !self.is_taken && may_be_asked(self.sensor)
+        self.is_pair() && !self.is_taken && !self.sensor.is_reserved()
     }
 }
 
@@ -160,12 +156,6 @@ impl BootUps {
         let is_alone = self.others == 0 && self.seen.len() == 1;
         let mut seen = self.seen.iter().filter(|seen| seen.sensor == sensor);
         seen.any(|seen| seen.is_pair() || (is_alone && seen.is_repeated()))
-    }
-
-    /// Whether a sensor has told that this is its Reply-Parameter-ID.
-    pub fn is_reply(&self, id: CanId) -> bool {
-        let mut seen = self.seen.iter().filter(|seen| seen.count >= 2);
-        seen.any(|seen| seen.sensor.reply == Some(id))
     }
 
     /// The time at which it is known whether the last two messages are all that a sensor sends; None: nothing is to be waited for.

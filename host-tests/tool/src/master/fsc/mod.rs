@@ -8,6 +8,7 @@ mod raw;
 pub mod request;
 mod rows;
 mod session;
+mod signs;
 
 use super::{Condition, Master, Protocol, Roles, Storing, Target};
 use crate::cyclic::{Source, Started};
@@ -51,6 +52,7 @@ pub const PROTOCOL: Protocol = Protocol {
     told: None,
     unaddressed: None,
     decoder: decode::decoder,
+    signs: signs::SIGNS,
 };
 
 /// The tables of a product; None: it has another protocol.
@@ -117,6 +119,14 @@ impl Master for Sensor {
 
     fn identifiers(&self) -> Vec<CanId> {
         vec![self.request]
+    }
+
+    fn is_reserved(&self) -> bool {
+        boot_up::RESERVED.contains(&self.request)
+    }
+
+    fn reply(&self) -> Option<CanId> {
+        self.reply
     }
 
     fn writes_together(&self) -> bool {

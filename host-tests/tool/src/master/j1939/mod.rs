@@ -8,6 +8,7 @@ mod identify;
 mod identity;
 mod raw;
 mod session;
+mod signs;
 mod ssi2;
 
 use super::{Master, Protocol, Roles, Storing, Target, canopen};
@@ -46,6 +47,7 @@ pub const PROTOCOL: Protocol = Protocol {
     told: Some(told),
     unaddressed: None,
     decoder: decode::decoder,
+    signs: signs::SIGNS,
 };
 
 /// A controller application (CA), with its address.

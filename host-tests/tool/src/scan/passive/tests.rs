@@ -1,6 +1,8 @@
 use super::*;
-use plumbline::can::CanId;
-use plumbline::can::{extended, standard};
+use crate::master::devicenet::explicit::Slave;
+use crate::master::fsc::request::Sensor;
+use crate::master::{Ca, canopen};
+use plumbline::can::{CanId, Frame, extended, standard};
 use plumbline::time::Instant;
 
 fn frame(id: u16, bytes: &[u8]) -> Frame {

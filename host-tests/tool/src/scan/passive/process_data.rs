@@ -1,4 +1,6 @@
 use super::*;
+use crate::master::canopen;
+use plumbline::can::Frame;
 use plumbline::can::{extended, standard};
 use plumbline::time::Instant;
 
@@ -11,8 +13,32 @@ fn frame(id: u16, bytes: &[u8]) -> Frame {
     Frame::data(standard(id), bytes).unwrap()
 }
 
-fn of(frames: impl IntoIterator<Item = Frame>) -> Vec<Node> {
-    nodes(&timed(frames), false)
+/// Address and text of the nodes.
+fn of(frames: impl IntoIterator<Item = Frame>) -> Vec<(String, String)> {
+    told(&Bus::of(&timed(frames)))
+}
+
+fn told(bus: &Bus) -> Vec<(String, String)> {
+    let nodes = by_process_data(bus).into_iter().map(|own| own.heard);
+    let told = nodes.map(|own| {
+        (
+            own.address.unwrap_or_default(),
+            own.text.unwrap_or_default(),
+        )
+    });
+    told.collect()
+}
+
+fn cyclic(text: &str) -> Vec<(String, String)> {
+    vec![(String::new(), format!("GEMAC, {text}"))]
+}
+
+fn slave(text: &str) -> Vec<(String, String)> {
+    vec![("5".to_owned(), text.to_owned())]
+}
+
+fn node(node: u8, id: u16) -> (String, String) {
+    (node.to_string(), format!("likely, by a TPDO ({id:03X}h)"))
 }
 
 /// A frame of an IS2 in cyclic mode with this counter: X = 90 deg, Y = -90 deg.
@@ -30,16 +56,11 @@ fn one_axis(counter: u16) -> Frame {
 
 #[test]
 fn cyclic_frames_of_both_kinds_show_the_reply_id() {
-    let reply = CanId::standard(0x6A6);
     for start in [7, u16::MAX] {
         let two = [start, start.wrapping_add(1)].map(two_axes);
-        assert_eq!(of(two), [Node::Cyclic { reply, axes: 2 }]);
+        assert_eq!(of(two), cyclic("2 angles at 6A6h"));
     }
-    let reply = CanId::extended(0x1234_5678);
-    assert_eq!(
-        of([1, 2, 3].map(one_axis)),
-        [Node::Cyclic { reply, axes: 1 }]
-    );
+    assert_eq!(of([1, 2, 3].map(one_axis)), cyclic("1 angle at 12345678h"));
 }
 
 #[test]
@@ -67,10 +88,7 @@ fn frame_without_code_counter_or_angle_is_not_of_cyclic_mode() {
 #[test]
 fn slave_with_polls_or_acknowledges_is_certain() {
     let (poll, response) = (frame(0x42D, &[]), frame(0x3C5, &[1, 2, 3, 4]));
-    let sure = [Node::Slave {
-        mac: 5,
-        is_sure: true,
-    }];
+    let sure = slave("I/O of another master");
     assert_eq!(of([poll, response, poll, response]), sure);
     assert_eq!(of([response, poll, response, poll, response]), sure);
     // A response without a poll is none.
@@ -78,10 +96,7 @@ fn slave_with_polls_or_acknowledges_is_certain() {
     assert!(!of([response, response, poll, poll]).contains(&sure[0]));
     let (change, acknowledge) = (frame(0x345, &[1, 2]), frame(0x42A, &[]));
     assert_eq!(of([change, acknowledge, change, acknowledge]), sure);
-    let likely = [Node::Slave {
-        mac: 5,
-        is_sure: false,
-    }];
+    let likely = slave("likely, by its I/O messages");
     assert_eq!(of([change; 2]), likely);
     assert_eq!(of([change]), []);
 }
@@ -96,7 +111,7 @@ fn slave_is_not_seen_on_a_bus_with_other_identifiers() {
     ] {
         let nodes = of(polled.into_iter().chain([other]));
         assert!(
-            !nodes.iter().any(|node| matches!(node, Node::Slave { .. })),
+            !nodes.iter().any(|(_, text)| text.contains("I/O")),
             "{nodes:?}"
         );
     }
@@ -105,7 +120,6 @@ fn slave_is_not_seen_on_a_bus_with_other_identifiers() {
 #[test]
 fn tpdo_of_constant_length_on_a_bus_of_canopen_shows_a_node() {
     let pdo = |id| frame(id, &[1, 2, 3, 4]);
-    let node = |node, id| Node::Pdo { node, id };
     assert_eq!(of([pdo(0x18A); 2]), [node(10, 0x18A)]);
     // Its second TPDO adds nothing, another node does.
     let tpdos = [0x18A, 0x28A, 0x18A, 0x28A, 0x4FF, 0x4FF, 0x20A].map(pdo);
@@ -171,17 +185,24 @@ fn counter_of_another_device_is_no_cyclic_mode() {
     let delivered = |counter| frame(0x301, two_axes(counter).bytes());
     assert_eq!(of([delivered(1), other, delivered(2)]).len(), 1);
     // Another protocol is sure.
-    let is_other = |frames: &[Frame]| nodes(&timed(frames.iter().copied()), true);
+    let is_other = |frames: &[Frame]| {
+        let frames = timed(frames.iter().copied());
+        let mut bus = Bus::of(&frames);
+        bus.sure = vec![&canopen::PROTOCOL];
+        told(&bus)
+    };
     let moved: Vec<Frame> = (0..9).map(two_axes).collect();
     assert_eq!(is_other(&moved), []);
     assert_eq!(is_other(&[delivered(1), delivered(2)]).len(), 1);
     let tpdo: Vec<Frame> = moved.iter().map(|own| frame(0x185, own.bytes())).collect();
-    let node = Node::Pdo { node: 5, id: 0x185 };
-    assert_eq!(is_other(&tpdo), [node], "as if it were no counter");
+    assert_eq!(
+        is_other(&tpdo),
+        [node(5, 0x185)],
+        "as if it were no counter"
+    );
     let io = [frame(0x42D, &[]), frame(0x3C5, &[1, 2])];
     let owned = of([&moved[..], &io, &io].concat());
-    let is_slave = |node: &Node| matches!(node, Node::Slave { is_sure: true, .. });
-    assert!(owned.len() == 1 && owned.iter().all(is_slave), "{owned:?}");
+    assert_eq!(owned, slave("I/O of another master"));
 }
 
 #[test]
@@ -201,7 +222,7 @@ fn counter_without_period_is_not_of_cyclic_mode() {
         let frames: Vec<(Instant, Frame)> = frames
             .map(|(time, counter)| (Instant::from_ticks(time * 1000), two_axes(counter)))
             .collect();
-        nodes(&frames, false).len()
+        told(&Bus::of(&frames)).len()
     };
     assert_eq!(at(&[0, 200, 400, 600, 800, 1000]), 1);
     // Frames that the adapter collects.
