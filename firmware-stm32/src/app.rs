@@ -68,7 +68,7 @@ pub unsafe fn run<N: ProductNode, E: Element>(
     }
     #[cfg(feature = "behind-bootloader")]
     {
-        boot.program = program::crc_of_program();
+        boot.program = program::installed();
     }
     if boot.damaged {
         warn!("stored parameters are damaged");

@@ -4,6 +4,7 @@
 //! |---|---|---|---|
 //! | 1F51h:01 | u8 | rw | 0: stop the program; 1: start it, which has no effect; reads 1 |
 //! | 1F56h:01 | u32 | ro | the CRC-32 of the program |
+//! | 1F56h:02 | u32 | ro | its [`Hardware`](crate::update::Hardware), which is not of CiA 302-3 |
 //! | 1F57h:01 | u32 | ro | 0: the program is in order |
 //!
 //! A product has them only behind a bootloader, and they are in none of its EDS files: the original does not have them. So they are no rows of
@@ -18,7 +19,7 @@ use super::protocol::Services;
 use super::sdo::message::{self, Address, Announced, Request};
 use crate::can::CanId;
 use crate::time::Instant;
-use crate::update::Contact;
+use crate::update::{Contact, Installed};
 
 /// Program control, program software identification, flash status identification.
 /// The high byte of their indices.
@@ -48,7 +49,7 @@ impl<P: Product> Services<P> {
         }
         let answer = match request {
             Request::Download(_, announced) => {
-                let written = self.control_program(cx, now, address, announced);
+                let written = self.control_program(cx, now, program, address, announced);
                 written.map(|()| message::download_reply(address))
             }
             _ => read(address, program)
@@ -66,10 +67,11 @@ impl<P: Product> Services<P> {
         &mut self,
         cx: &mut ContextOf<P>,
         now: Instant,
+        program: Installed,
         address: Address,
         announced: Announced,
     ) -> Result<(), Abort> {
-        read(address, 0)?;
+        read(address, program)?;
         if (address.index, address.sub) != (CONTROL, 1) {
             return Err(Abort::ReadOnly);
         }
@@ -110,10 +112,12 @@ impl<P: Product> Services<P> {
 }
 
 /// The number in an object, and its size in bytes.
-fn read(Address { index, sub }: Address, program: u32) -> Result<(u32, u8), Abort> {
+fn read(Address { index, sub }: Address, program: Installed) -> Result<(u32, u8), Abort> {
     match (index, sub) {
-        (CONTROL | IDENTIFICATION | STATUS, 0) | (CONTROL, 1) => Ok((1, 1)),
-        (IDENTIFICATION, 1) => Ok((program, 4)),
+        (IDENTIFICATION, 0) => Ok((2, 1)),
+        (CONTROL | STATUS, 0) | (CONTROL, 1) => Ok((1, 1)),
+        (IDENTIFICATION, 1) => Ok((program.crc, 4)),
+        (IDENTIFICATION, 2) => Ok((program.hardware.number().into(), 4)),
         (STATUS, 1) => Ok((0, 4)),
         (CONTROL | IDENTIFICATION | STATUS, _) => Err(Abort::NoSubIndex),
         _ => Err(Abort::NoObject),

@@ -84,7 +84,7 @@ impl<P: Product> Fsc<P> {
     }
 
     /// Answers a code that the product does not have. A sensor behind a bootloader has that of an update: with the signature it restarts into
-    /// the bootloader, without data it replies with the CRC-32 of the program. All others are refused.
+    /// the bootloader, without data it replies with the CRC-32 and the hardware of the program. All others are refused.
     #[cold]
     #[inline(never)]
     fn unknown(&mut self, cx: &mut ContextOf<P>, now: Instant, frame: &Frame) {
@@ -92,8 +92,9 @@ impl<P: Product> Fsc<P> {
             ([UPDATE], Some(program)) => {
                 // The sticky bits of the status: its other bits would make the replies to reads slower.
                 let head = u16::from_le_bytes([UPDATE, self.sticky]);
-                let word = u64::from(program) << 16 | u64::from(head);
-                cx.shell.send(Frame::word(self.in_force.reply, word, 6));
+                let hardware = u64::from(program.hardware.number()) << 48;
+                let word = hardware | u64::from(program.crc) << 16 | u64::from(head);
+                cx.shell.send(Frame::word(self.in_force.reply, word, 8));
             }
             ([UPDATE, data @ ..], Some(_)) if data.starts_with(FLASH) && cx.is_saving() => {
                 cx.shell.defer(frame);

@@ -5,6 +5,7 @@ use crate::application::Outputs;
 use crate::can::{BitRate, CanId, Frame};
 use crate::store::{Boot, Unit};
 use crate::time::{Deadline, Duration, Instant, after, millis, reached};
+use crate::update::Installed;
 use heapless::Deque;
 
 mod work;
@@ -56,8 +57,8 @@ pub struct Shell {
     /// The serial number of the chip.
     serial: u32,
     unit: Unit,
-    /// The CRC-32 of the program behind a bootloader.
-    program: Option<u32>,
+    /// The program behind a bootloader.
+    program: Option<Installed>,
     state: NodeState,
     bus_state: BusState,
     queue: TransmitQueue,
@@ -149,9 +150,9 @@ impl Shell {
         self.unit.serial.unwrap_or(self.serial)
     }
 
-    /// The CRC-32 of the program, if a [bootloader](crate::update) has started it. Without one, a request for an update gets the error of
+    /// The program, if a [bootloader](crate::update) has started it. Without one, a request for an update gets the error of
     /// an unknown request, as from the original.
-    pub fn program(&self) -> Option<u32> {
+    pub fn program(&self) -> Option<Installed> {
         self.program
     }
 

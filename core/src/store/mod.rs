@@ -48,6 +48,7 @@ pub use unit::{Name, Unit};
 
 use crate::measure::Calibration;
 use crate::measure::calibration::Part;
+use crate::update::Installed;
 
 /// Identifies the stored parameters of a product, so that a product does not use the parameters of another one. From 1 to 7FFFh; a product
 /// outside of this crate takes one from 7000h on, because those below are for the products of the crate.
@@ -108,8 +109,8 @@ pub struct Boot<'a> {
     pub kept: u32,
     /// The identity of the unit; [`Unit::NONE`] if there is none.
     pub unit: Unit,
-    /// The CRC-32 of the program, if a [bootloader](crate::update) has started it; None: there is no bootloader.
-    pub program: Option<u32>,
+    /// The program, if a [bootloader](crate::update) has started it; None: there is no bootloader.
+    pub program: Option<Installed>,
 }
 
 impl Boot<'_> {

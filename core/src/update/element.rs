@@ -17,6 +17,14 @@ pub enum Element {
 }
 
 impl Element {
+    /// The name of the part.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Ism330dhcx => "ISM330DHCX",
+            Self::Adxl355 => "ADXL355",
+        }
+    }
+
     /// The element in the number of a product.
     pub const fn of(number: u16) -> Self {
         match number & ADXL355 {

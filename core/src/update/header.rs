@@ -36,6 +36,7 @@
 
 use super::element::Element;
 use super::failure::Failure;
+use super::installed::{Hardware, Installed};
 use super::lms::{Signature, sha256};
 use crc::{CRC_32_MPEG_2, Crc, NoTable};
 
@@ -171,6 +172,14 @@ impl Header {
     /// The number of the board.
     pub fn board(&self) -> u16 {
         number(&self.0, 8) as u16
+    }
+
+    /// What the program tells of itself over the bus.
+    pub fn installed(&self) -> Installed {
+        Installed {
+            crc: self.body(),
+            hardware: Hardware::new(self.board(), self.element()),
+        }
     }
 
     /// The key of the signature; 0: none.

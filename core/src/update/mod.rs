@@ -5,6 +5,7 @@
 //! - [`failure`]: the reasons why a download ends;
 //! - [`header`]: the image file, and what a program says of itself;
 //! - [`mod@install`]: copies a download from the second slot;
+//! - [`installed`]: what a program tells of itself over the bus;
 //! - [`layout`]: the boards with a bootloader;
 //! - [`lms`]: the signature of an image file;
 //! - [`mod@slot`]: the flash of the program, and whether a program can be started;
@@ -19,14 +20,17 @@
 //! have. It restarts into the bootloader, which answers SDO requests on two identifiers at the bit rate in force. Without a bootloader, the
 //! request gets the error of an unknown one. Parameters, identifiers and bit rate stay as they are.
 //!
-//! | | protocol | request | its reply | without a bootloader | the CRC-32 of the program | requests to the bootloader, its replies |
+//! | | protocol | request | its reply | without a bootloader | the CRC-32 of the program, element and board | requests to the bootloader, its replies |
 //! |---|---|---|---|---|---|---|
-//! | U1 | CANopen | 1F51h:01 = 0 (CiA 302-3) | confirmation | abort 0602 0000h | 1F56h:01 | 600h and 580h + node-ID |
-//! | U2 | function select codes | code 60h, "FLASH" | 60h, status | 60h, status with CmdParamError | reply to 60h without data: 60h, the error bits of the status, CRC-32 | Set-Parameter-ID and Reply-Parameter-ID |
-//! | U3 | J1939 | 1F51h:01 = 0 through PGN 61184 | as in CANopen | as in CANopen | 1F56h:01 | PGN 61184 with priority 6, between the client that has sent the request and the sensor |
-//! | U4 | DeviceNet | service 32h of the identity object (1, 1), "BOOT" | B2h | error 08h | response to service 32h without data | messages 4 and 3 of group 2 of the MAC ID |
+//! | U1 | CANopen | 1F51h:01 = 0 (CiA 302-3) | confirmation | abort 0602 0000h | 1F56h:01, 1F56h:02 | 600h and 580h + node-ID |
+//! | U2 | function select codes | code 60h, "FLASH" | 60h, status | 60h, status with CmdParamError | reply to 60h without data: 60h, the error bits of the status, CRC-32 (4 bytes), element and board (2 bytes) | Set-Parameter-ID and Reply-Parameter-ID |
+//! | U3 | J1939 | 1F51h:01 = 0 through PGN 61184 | as in CANopen | as in CANopen | as in CANopen | PGN 61184 with priority 6, between the client that has sent the request and the sensor |
+//! | U4 | DeviceNet | service 32h of the identity object (1, 1), "BOOT" | B2h | error 08h | response to service 32h without data: CRC-32 (4 bytes), element and board (2 bytes) | messages 4 and 3 of group 2 of the MAC ID |
 //!
 //! The first message of the bootloader is the boot-up message of the node (U1), or 60h "BOOT" on the identifier of its replies.
+//! Element and board are the number of the [`Hardware`], so that a client refuses a file for another one before the program stops. CiA 302-3 has
+//! bits of the manufacturer in 1F57h:01, but clients wait until all of its bits are 0. A program that
+//! does not tell its hardware is accepted: the bootloader checks the file too.
 //! None of the requests is in an EDS file or a table of a product.
 //!
 //! # A download
@@ -64,6 +68,7 @@ pub mod element;
 pub mod failure;
 pub mod header;
 pub mod install;
+pub mod installed;
 pub mod layout;
 pub mod lms;
 pub mod loader;
@@ -79,6 +84,7 @@ pub use element::Element;
 pub use failure::{Failure, Status};
 pub use header::{Contents, Device, Header};
 pub use install::install;
+pub use installed::{Hardware, Installed};
 pub use layout::Layout;
 pub use lms::PublicKey;
 pub use loader::Loader;

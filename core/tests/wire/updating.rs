@@ -5,9 +5,15 @@ use crate::tester::fsc::request;
 use crate::tester::{Tester, canopen, fsc, ims360, j1939};
 use plumbline::can::{BitRate, CanId, Frame, standard};
 use plumbline::node::{Action, Node};
-use plumbline::update::Contact;
+use plumbline::update::{Contact, Element, Hardware, Installed};
 
-const PROGRAM: u32 = 0x4433_2211;
+const CRC: u32 = 0x4433_2211;
+const PROGRAM: Installed = Installed {
+    crc: CRC,
+    hardware: Hardware::new(2, Element::Adxl355),
+};
+/// Bits 0 to 14 are the board, bit 15 is the element.
+const HARDWARE: u32 = 0x8002;
 /// The serial number of the chip in these tests.
 const SERIAL: u32 = 0x0403_0201;
 
@@ -36,10 +42,14 @@ fn canopen_node_stops_its_program_only_behind_a_bootloader() {
 
     let mut t = behind(canopen::power_up());
     assert_eq!(t.sent_text(), ["70A#00"]);
-    assert_eq!(t.read(0x1F51, 0), Ok(1));
+    let highest = [0x1F51, 0x1F56, 0x1F57].map(|object| t.read(object, 0));
+    assert_eq!(highest, [Ok(1), Ok(2), Ok(1)]);
     assert_eq!(t.read(0x1F51, 1), Ok(1));
     assert_eq!(t.read(0x1F51, 2), Err(0x0609_0011));
-    assert_eq!(t.read(0x1F56, 1), Ok(PROGRAM));
+    assert_eq!(t.read(0x1F56, 1), Ok(CRC));
+    assert_eq!(t.read(0x1F56, 2), Ok(HARDWARE));
+    assert_eq!(t.read(0x1F56, 3), Err(0x0609_0011));
+    // Clients with CiA 302 wait until all bits are 0.
     assert_eq!(t.read(0x1F57, 1), Ok(0));
     // Only the bootloader takes a program.
     assert_eq!(t.read(0x1F50, 1), Err(0x0602_0000));
@@ -47,6 +57,7 @@ fn canopen_node_stops_its_program_only_behind_a_bootloader() {
     assert_eq!(t.write(0x1F51, 1, 1, 2), Err(0x0609_0030));
     assert_eq!(t.write(0x1F51, 1, 2, 0), Err(0x0607_0012));
     assert_eq!(t.write(0x1F56, 1, 4, 0), Err(0x0601_0002));
+    assert_eq!(t.write(0x1F56, 2, 4, 0), Err(0x0601_0002));
     assert_eq!(leaves(&t), (false, None));
     assert_eq!(t.write(0x1F51, 1, 1, 0), Ok(()));
     let contact = Contact {
@@ -95,10 +106,10 @@ fn function_select_code_60h_enters_the_bootloader_only_where_there_is_one() {
     let mut t = behind(fsc::is2());
     t.receive(Frame::data(standard(0x7FF), &[]).unwrap());
     t.sent();
-    let [code, _, program @ ..] = &t.ask(&[0x60])[..] else {
+    let [0x60, _, program @ ..] = &t.ask(&[0x60])[..] else {
         panic!("no reply");
     };
-    assert_eq!((*code, program), (0x60, &PROGRAM.to_le_bytes()[..]));
+    assert_eq!(*program, [0x11, 0x22, 0x33, 0x44, 0x02, 0x80]);
     // Another signature is refused.
     assert_ne!(t.ask(&request(0x60, b"FLASA"))[1] & 0x08, 0);
     assert_eq!(leaves(&t), (false, None));
@@ -119,6 +130,7 @@ fn j1939_enters_the_bootloader_with_the_identifiers_of_client_and_sensor() {
     t.wait(250);
     t.sent();
     assert_eq!(t.parameter("40561F0100000000"), "43561F0111223344");
+    assert_eq!(t.parameter("40561F0200000000"), "43561F0202800000");
     assert_eq!(t.parameter(stop), "60511F0100000000");
     assert_eq!(t.wait_text(500), []);
     let (restarts, contact) = leaves(&t);
@@ -143,7 +155,7 @@ fn devicenet_service_32h_of_the_identity_object_enters_the_bootloader_only_where
     t.wait(2001);
     t.sent();
     t.allocate(1);
-    assert_eq!(t.explicit("320101"), "B211223344");
+    assert_eq!(t.explicit("320101"), "B2112233440280");
     assert_eq!(t.explicit("320101424F4F"), "9420FF");
     assert_eq!(t.explicit("320101424F4F50"), "9420FF");
     assert_eq!(

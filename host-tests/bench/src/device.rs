@@ -20,7 +20,7 @@ use plumbline::node::driver::{Driver, OneThread};
 use plumbline::node::{Boot, BusEvent, BusMode, Leds, Node, Readout};
 use plumbline::store::{ImageId, Store};
 use plumbline::time::{Duration, Instant, after, earlier, millis, reached};
-use plumbline::update::Contact;
+use plumbline::update::{Contact, Installed};
 use std::collections::VecDeque;
 
 /// Time to program a half-word of flash.
@@ -45,8 +45,8 @@ pub struct Device {
     boots: u32,
     /// What the node keeps over its restart; 0 before power-up.
     kept: u32,
-    /// The CRC of the program; None: there is no bootloader.
-    program: Option<u32>,
+    /// The program; None: there is no bootloader.
+    program: Option<Installed>,
     /// The program has asked its bootloader for an update, and is off.
     contact: Option<Contact>,
     led_history: LedHistory,
@@ -108,9 +108,9 @@ impl Device {
         }
     }
 
-    /// Its next start is that of the program with this CRC behind a bootloader.
-    pub(super) fn set_program(&mut self, crc: u32) {
-        self.program = Some(crc);
+    /// Its next start is that of the program behind a bootloader.
+    pub(super) fn set_program(&mut self, program: Installed) {
+        self.program = Some(program);
     }
 
     /// How the bootloader is reached, if the program has asked it for an update since the last call.

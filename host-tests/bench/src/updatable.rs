@@ -77,7 +77,7 @@ impl Updatable {
         let mut pages = self.take_pages();
         let program = Program::of(&pages).committed(&mut pages);
         if let (None, Some(header)) = (asked, program.header()) {
-            self.device.set_program(header.body());
+            self.device.set_program(header.installed());
             self.runs = Runs::Program(Box::new(pages));
             self.device.power_on(now);
             return;

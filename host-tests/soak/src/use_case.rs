@@ -259,7 +259,7 @@ impl UseCase {
         self.stand.wait_for_start()?;
         let session = self.stand.master();
         let target = session.target;
-        let read = target.program(session)?;
+        let read = target.program(session)?.map(|program| program.crc);
         let mut programs = right.iter();
         let program = programs.find(|image| read == Some(image.header.body()));
         match program.filter(|image| self.stand.has_program(image)) {

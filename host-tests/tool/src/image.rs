@@ -10,7 +10,7 @@ use plumbline::model::catalog::PRODUCTS;
 use plumbline::update::header::{PAGE, PLACE, SIZE, body_parts, crc, first_page_parts};
 use plumbline::update::layout::LAYOUTS;
 use plumbline::update::lms::{Signature, sha256};
-use plumbline::update::{About, Contents, Header, Layout};
+use plumbline::update::{About, Contents, Hardware, Header, Layout};
 
 /// An image file and what it is for.
 #[derive(Clone, PartialEq, Eq, Debug)]
@@ -230,6 +230,17 @@ fn hex(parts: &[(u32, &[u8])]) -> Result<String, ihex::WriterError> {
     }
     records.push(Record::EndOfFile);
     ihex::create_object_file_representation(&records)
+}
+
+/// The name of a board and that of a measuring element. The number of a board that is not known.
+pub(crate) fn hardware(hardware: Hardware) -> String {
+    let mut boards = LAYOUTS.iter();
+    let board = boards.find(|layout| layout.board == hardware.board());
+    let board = board.map_or_else(
+        || hardware.board().to_string(),
+        |board| board.name.to_owned(),
+    );
+    format!("{board}, {}", hardware.element().name())
 }
 
 /// A version, for example `1.2.3`.

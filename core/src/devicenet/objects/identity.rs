@@ -148,7 +148,7 @@ fn reset<P: Product>(
 }
 
 /// The service of an update, which a sensor has only behind a bootloader: with the signature the node restarts into the bootloader after the
-/// answer, without data it answers with the CRC-32 of the program.
+/// answer, without data it answers with the CRC-32 and the hardware of the program.
 fn update<P: Product>(
     device: &mut Devicenet<P>,
     cx: &mut ContextOf<P>,
@@ -157,7 +157,13 @@ fn update<P: Product>(
 ) -> Result<Data, Failure> {
     let program = cx.shell.program().ok_or(Failure::SERVICE)?;
     match data {
-        [] => return Ok(Data::number(program, 4)),
+        [] => {
+            let hardware = u64::from(program.hardware.number()) << 32;
+            return Ok(Data::Bytes {
+                bytes: hardware | u64::from(program.crc),
+                length: 6,
+            });
+        }
         BOOT => {}
         [_, _, _, _, _, ..] => return Err(Failure::TOO_MUCH),
         _ => return Err(Failure::PARAMETER),

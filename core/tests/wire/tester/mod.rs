@@ -18,6 +18,7 @@ use plumbline::measure::{Calibration, I32x3, ONE_G, Reading};
 use plumbline::node::{Action, Boot, BusEvent, Leds, Node};
 use plumbline::store::{StoreError, Unit};
 use plumbline::time::{Duration, Instant, millis};
+use plumbline::update::Installed;
 
 /// The serial number of the node under test.
 pub const SERIAL: u32 = 0x0403_0201;
@@ -47,8 +48,8 @@ pub struct Tester<N> {
     pub calibration: Calibration,
     /// The identity of the unit.
     pub unit: Unit,
-    /// The CRC-32 of the program behind a bootloader, from the next power-up on.
-    pub program: Option<u32>,
+    /// The program behind a bootloader, from the next power-up on.
+    pub program: Option<Installed>,
     /// The result of the next saves; None: a save runs until `finish_save`.
     pub memory_works: Option<bool>,
     /// The present specific force, 1 g = [`ONE_G`].

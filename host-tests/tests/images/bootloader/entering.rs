@@ -49,6 +49,9 @@ fn crc_of(file: &[u8]) -> &[u8] {
     &file[20..24]
 }
 
+/// Element and board of the image: an ISM330DHCX (bit 15), Blue Pill.
+const HARDWARE: [u8; 2] = [1, 0];
+
 #[test]
 fn jn2101_takes_a_program_over_canopen_and_keeps_its_parameters() {
     let [old, new] = files("jn2101");
@@ -65,6 +68,8 @@ fn jn2101_takes_a_program_over_canopen_and_keeps_its_parameters() {
     rig.expect(BOOT_UP, START);
     let crc = ask(&mut rig, ids, &[0x40, 0x56, 0x1F, 1, 0, 0, 0, 0]);
     assert_eq!(crc[4..], *crc_of(&new));
+    let hardware = ask(&mut rig, ids, &[0x40, 0x56, 0x1F, 2, 0, 0, 0, 0]);
+    assert_eq!(hardware[4..6], HARDWARE);
     let time = ask(&mut rig, ids, &[0x40, 0x17, 0x10, 0, 0, 0, 0, 0]);
     assert_eq!(time, [0x4B, 0x17, 0x10, 0, 0xD0, 7, 0, 0]);
 }
@@ -83,7 +88,7 @@ fn is2_takes_a_program_with_code_60h_and_keeps_its_parameters() {
     rig.boot_up();
     assert_eq!(rig.read_time(), 777);
     let reply = ask(&mut rig, (SET, REPLY), b"\x60");
-    assert_eq!(reply[2..], *crc_of(&new));
+    assert_eq!(reply[2..], [crc_of(&new), &HARDWARE].concat());
 }
 
 /// The explicit connection ends. After the update the sensor checks its MAC ID again.
@@ -105,5 +110,5 @@ fn tiltix080_takes_a_program_with_service_32h() {
     update(&mut rig, ids, (0x5FB, b"\x60BOOT"), &new);
     check(&mut rig);
     let reply = ask(&mut rig, ids, &[0x0A, 0x32, 1, 1]);
-    assert_eq!(reply, [&[0x0A, 0xB2], crc_of(&new)].concat());
+    assert_eq!(reply, [&[0x0A, 0xB2], crc_of(&new), &HARDWARE].concat());
 }

@@ -103,7 +103,7 @@ texts! {
         DamagedImage = "it is damaged", "sie ist beschädigt";
         NoKey = "it is no private key: `plumbline key new` makes one", "sie ist kein privater Schlüssel: `plumbline key new` macht einen";
         DamagedKey = "identifier, seed and root do not belong together", "identifier, seed und root gehören nicht zusammen";
-        OtherBoard(number: u16) = "it is for the board number {number}, which this program does not know", "sie ist für die Platine Nummer {number}, das dieses Programm nicht kennt";
+        OtherBoard(number: u16) = "it is for the board number {number}, which this program does not know", "sie ist für die Platine Nummer {number}, die dieses Programm nicht kennt";
         NoSection(name: String) = "it has no section [{name}]", "sie hat keinen Abschnitt [{name}]";
         NoProduct = "it names no product", "sie nennt kein Produkt";
         Product(error: Box<Error>) = "{error}; a device with a data sheet needs --eds", "{error}; für ein Gerät mit Datenblatt öffnen Sie zuerst das Datenblatt (EDS)";

@@ -48,6 +48,8 @@ errors! {
             "der Sensor nennt sich {own}, nicht {product}: Wählen Sie kein Produkt, oder bestätigen Sie die Tabellen von {product}";
         ImageProduct(file: String, product: &'static str): Usage "wrong-image" = "the file is for {file}, but the sensor is {product}: nothing has changed",
             "die Datei ist für {file}, aber der Sensor ist {product}: Nichts hat sich geändert";
+        ImageHardware(file: String, own: String): Usage "wrong-image" = "the file is for another board or measuring element ({file}) than that of the sensor ({own}): nothing has changed",
+            "die Datei ist für eine andere Platine oder ein anderes Messelement ({file}) als der Sensor ({own}): Nichts hat sich geändert";
         NoSuchSensor(product: String): Usage "wrong-image" = "there is no {product} on the bus: `plumbline scan` shows the sensors",
             "am Bus ist kein {product}: Prüfen Sie die Datei, und suchen Sie die Sensoren";
         RestartFirst: Usage "restart-first" = "the address or the bit rate of the sensor changes at its next start: `plumbline restart` first, then update it there; nothing has changed",

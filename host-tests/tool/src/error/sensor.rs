@@ -123,7 +123,7 @@ errors! {
         NoBootloader: Refused "no-bootloader" = "the sensor has no bootloader: it is an original, or its program was flashed without one; nothing has changed",
             "der Sensor hat keinen Bootloader: Er ist ein Original, oder sein Programm wurde ohne Bootloader geladen; nichts hat sich geändert";
         ImageUnfit: Refused "wrong-image" = "the bootloader refuses the file: it is for another product, measuring element or board; nothing has changed",
-            "der Bootloader lehnt die Datei ab: Sie ist für ein anderes Produkt, Messelement oder Board; nichts hat sich geändert";
+            "der Bootloader lehnt die Datei ab: Sie ist für ein anderes Produkt, Messelement oder eine andere Platine; nichts hat sich geändert";
         ImageOlder(version: String): Refused "older-image" = "the program of the sensor is newer than {version}: --downgrade loads the file all the same; nothing has changed",
             "das Programm des Sensors ist neuer als {version}: --downgrade lädt die Datei trotzdem; nichts hat sich geändert";
         ImageUnsigned: Refused "unsigned-image" = "the sensor takes only files with a signature of its key: `plumbline key sign` writes it; nothing has changed",

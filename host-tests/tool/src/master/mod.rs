@@ -33,8 +33,30 @@ use crate::session::Session;
 use crate::sheet::Entry;
 use plumbline::can::{BitRate, CanId, Frame};
 use plumbline::model::catalog::Product;
+use plumbline::param::number;
 use plumbline::time::{Duration, millis};
+use plumbline::update::Hardware;
 use std::ops::Deref;
+
+/// What the program of a sensor with a bootloader tells of itself.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Program {
+    /// The CRC-32 of its body.
+    pub crc: u32,
+    /// The hardware for which it is built; None: it does not tell it.
+    pub hardware: Option<Hardware>,
+}
+
+impl Program {
+    /// The reply of a sensor that tells it in one message; None: it does not.
+    fn parse(bytes: &[u8]) -> Option<Self> {
+        let hardware = bytes.get(4..6).map(|bytes| number(bytes) as u16);
+        Some(Self {
+            crc: number(bytes.get(..4)?),
+            hardware: hardware.map(Hardware::of),
+        })
+    }
+}
 
 /// The tool's side of a protocol, for the sensor at one address.
 pub trait Master {
@@ -126,11 +148,11 @@ pub trait Master {
         Ok(false)
     }
 
-    /// The CRC-32 of the program of the sensor; None: it has no bootloader.
+    /// What the program of the sensor tells of itself; None: it has no bootloader.
     ///
     /// # Errors
     /// Nobody answers, or the adapter fails.
-    fn program(&self, _session: &mut Session) -> Result<Option<u32>, Error> {
+    fn program(&self, _session: &mut Session) -> Result<Option<Program>, Error> {
         Ok(None)
     }
 

@@ -174,7 +174,7 @@ impl Waiting {
 /// Checks that the file is for the sensor, and what runs in it.
 ///
 /// # Errors
-/// The file is for another product, there is no bootloader, or nobody answers.
+/// The file is for another product, measuring element or board, there is no bootloader, or nobody answers.
 pub fn check(session: &mut Session, image: &ImageFile) -> Result<Before, Error> {
     let product = session.sheet.product;
     if product.image.number() != image.header.product() {
@@ -184,10 +184,18 @@ pub fn check(session: &mut Session, image: &ImageFile) -> Result<Before, Error> 
     if target.is_bootloader(&mut session.link)? {
         return Ok(Before::Waits);
     }
-    match target.program(session)? {
-        None => Err(SensorError::NoBootloader.into()),
-        Some(crc) if crc == image.header.body() => Ok(Before::Same),
-        Some(_) => Ok(Before::Other),
+    let program = target.program(session)?;
+    let program = program.ok_or(SensorError::NoBootloader)?;
+    let installed = image.header.installed();
+    if program.crc == installed.crc {
+        return Ok(Before::Same);
+    }
+    match program.hardware.filter(|own| *own != installed.hardware) {
+        Some(own) => {
+            let [file, own] = [installed.hardware, own].map(image::hardware);
+            Err(RequestError::ImageHardware(file, own).into())
+        }
+        None => Ok(Before::Other),
     }
 }
 
@@ -300,9 +308,9 @@ fn runs(session: &mut Session, image: &ImageFile) -> Result<(), Error> {
         }
     }
     match target.program(session)? {
-        Some(crc) if crc == image.header.body() => Ok(()),
+        Some(program) if program.crc == image.header.body() => Ok(()),
         other => {
-            let crc = other.map_or_else(|| "-".to_owned(), |crc| format!("{crc:08X}h"));
+            let crc = other.map_or_else(|| "-".to_owned(), |other| format!("{:08X}h", other.crc));
             Err(SensorError::OtherProgram(crc).into())
         }
     }

@@ -1,18 +1,21 @@
 //! `plumbline update`: the program of a sensor with a bootloader, on the simulated microcontroller.
 
+mod hardware;
+
 use crate::bus::rig::{Rig, tilted};
 use bench::{BusRate, Flash};
 use host_tests::effort;
 use plumbline::can::BitRate;
 use plumbline::model::catalog::find;
 use plumbline::update::header::SIZE;
-use plumbline::update::{Contents, Element, Header};
+use plumbline::update::layout::BLUEPILL;
+use plumbline::update::{Contents, Element, Header, Layout};
 use plumbline_tool::image::ImageFile;
 use plumbline_tool::signing::KeyFile;
 use serde_json::json;
 use std::collections::BTreeMap;
 use std::fs;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::rc::Rc;
 use std::sync::OnceLock;
 use stm32_sim::Microcontroller;
@@ -59,14 +62,19 @@ impl Files {
 
     /// The program with four more bytes and this difference of its version.
     pub fn image(&self, difference: i32) -> PathBuf {
+        self.image_for(difference, &BLUEPILL, Element::Ism330dhcx)
+    }
+
+    /// The same, for a board and a measuring element.
+    fn image_for(&self, difference: i32, board: &Layout, element: Element) -> PathBuf {
         let own = ImageFile::of(elf(self.product)).unwrap();
         let mut body = own.bytes[SIZE..].to_vec();
         body.extend(difference.to_le_bytes());
         let contents = Contents {
             product: own.header.product(),
-            element: Element::Ism330dhcx,
-            board: own.header.board(),
-            layout: own.header.layout(),
+            element,
+            board: board.board,
+            layout: board.number,
             key: 0,
             version: own.header.version().saturating_add_signed(difference),
             hash: [0; 32],
@@ -90,6 +98,11 @@ impl Files {
     fn backup(&self) -> PathBuf {
         self.folder.join(format!("{}-{SERIAL}.toml", self.product))
     }
+}
+
+/// An update without a backup.
+fn line(address: &str, file: &Path, options: &str) -> String {
+    format!("{address} update {} --no-backup {options}", file.display())
 }
 
 /// A bus with a sensor with a bootloader and its program, which is on-line. Another node acknowledges.
@@ -181,9 +194,7 @@ fn file_for_another_product_or_of_an_older_version_changes_nothing() {
     let files = Files::new("jn2101", "refused");
     let mut rig = rig("jn2101");
     let other = Files::new("is2", "refused-other").image(1);
-    let line = |file: &PathBuf, options: &str| {
-        format!("--node 10 update {} --no-backup {options}", file.display())
-    };
+    let line = |file: &Path, options: &str| self::line("--node 10", file, options);
     let ended = rig.tool(&line(&other, ""));
     assert_eq!(ended.code, 2, "{ended:?}");
     assert!(
@@ -301,7 +312,7 @@ fn update_that_was_interrupted_is_completed_by_the_next_one() {
     for (product, options) in all.into_iter().take(effort::choose(1, 2)) {
         let files = Files::new(product, &format!("interrupted-{product}"));
         let mut rig = rig(product);
-        let line = format!("{options} update {} --no-backup", files.image(1).display());
+        let line = line(options, &files.image(1), "");
         rig.cut = Some(400);
         assert_ne!(rig.tool(&line).code, 0);
         rig.cut = None;
@@ -370,7 +381,7 @@ fn sensor_with_a_key_takes_only_a_signed_file_and_another_one_no_signed_file() {
     let image = ImageFile::parse(fs::read(&unsigned).unwrap()).unwrap();
     let signed = files.folder.join("signed.plu");
     fs::write(&signed, image.signed(&mut key).unwrap().bytes).unwrap();
-    let line = |file: &PathBuf| format!("--node 10 update {} --no-backup", file.display());
+    let line = |file: &Path| line("--node 10", file, "");
     let bootloader = Image::parse(elf(SIGNED)).unwrap();
     let bootloader = bootloader.with_key(&key.public()).unwrap();
     let mut rig = rig_behind(&bootloader, "jn2101");

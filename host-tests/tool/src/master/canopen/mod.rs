@@ -20,7 +20,7 @@ pub(super) use session::{
     save, write,
 };
 
-use super::{Master, Protocol, Roles, Storing, Target};
+use super::{Master, Program, Protocol, Roles, Storing, Target};
 use crate::cyclic::{Source, Started};
 use crate::error::{Error, RequestError};
 use crate::identify::Found;
@@ -61,9 +61,10 @@ pub const PROTOCOL: Protocol = Protocol {
     signs: signs::SIGNS,
 };
 
-/// The objects of CiA 302-3: program control, and the CRC of the program.
+/// The objects of CiA 302-3: program control, and the CRC of the program. The hardware of the program is not of CiA 302-3.
 pub(crate) const CONTROL: (u16, u8) = (0x1F51, 1);
 pub(crate) const PROGRAM: (u16, u8) = (0x1F56, 1);
+const HARDWARE: (u16, u8) = (0x1F56, 2);
 
 /// A node, with its node-ID.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -153,7 +154,7 @@ impl Master for Node {
         self.restart_in(session)
     }
 
-    fn program(&self, session: &mut Session) -> Result<Option<u32>, Error> {
+    fn program(&self, session: &mut Session) -> Result<Option<Program>, Error> {
         program(session, self.server())
     }
 

@@ -1,6 +1,6 @@
 //! Reads, writes and commands of a session with an SDO server. A sensor in J1939 has one too.
 
-use super::{CONTROL, Node, PROGRAM, tables};
+use super::{CONTROL, HARDWARE, Node, PROGRAM, Program, tables};
 use crate::error::{Error, RequestError, What};
 use crate::link::Link;
 use crate::master::canopen::lss;
@@ -13,6 +13,7 @@ use plumbline::can::BitRate;
 use plumbline::canopen::dictionary::{Service, Starts, Target, Use};
 use plumbline::model::listing::canopen::Tables;
 use plumbline::param::number;
+use plumbline::update::Hardware;
 
 /// The identity object.
 const IDENTITY: u16 = 0x1018;
@@ -101,12 +102,25 @@ pub(in crate::master) fn load(session: &mut Session, server: Server) -> Result<D
     Ok(Done::FactoryLoaded)
 }
 
-/// The CRC-32 of the program; None: the device does not have the object.
+/// What the program tells of itself; None: the device does not have the object.
 pub(in crate::master) fn program(
     session: &mut Session,
     server: Server,
+) -> Result<Option<Program>, Error> {
+    let crc = number_of_program(session, server, PROGRAM)?;
+    let Some(crc) = crc else {
+        return Ok(None);
+    };
+    let hardware = number_of_program(session, server, HARDWARE)?;
+    let hardware = hardware.map(|number| Hardware::of(number as u16));
+    Ok(Some(Program { crc, hardware }))
+}
+
+fn number_of_program(
+    session: &mut Session,
+    server: Server,
+    (index, sub): (u16, u8),
 ) -> Result<Option<u32>, Error> {
-    let (index, sub) = PROGRAM;
     match server.read(&mut session.link, index, sub)? {
         Answer::Aborted(_) => Ok(None),
         answer => Ok(Some(number(&answer.must(server, What::Program)?))),

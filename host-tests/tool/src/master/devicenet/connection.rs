@@ -1,6 +1,7 @@
 //! The explicit connection of a session, and the requests on it.
 
 use crate::error::{Error, SensorError, What};
+use crate::master::Program;
 use crate::master::devicenet::explicit::{Path, Response, Slave};
 use crate::session::{Session, unexpected};
 use crate::sheet::{Address, Entry};
@@ -110,12 +111,12 @@ impl Slave {
         response.must(self.mac, what).map(|_| ())
     }
 
-    /// The CRC-32 of the program.
-    pub(super) fn program_in(self, session: &mut Session) -> Result<Option<u32>, Error> {
+    /// What the program tells of itself.
+    pub(super) fn program_in(self, session: &mut Session) -> Result<Option<Program>, Error> {
         let response = self.request_in(session, service::UPDATE, IDENTITY, &[])?;
         match response {
             Response::Refused(..) => Ok(None),
-            response => Ok(Some(number(&response.must(self.mac, What::Program)?))),
+            response => Ok(Program::parse(&response.must(self.mac, What::Program)?)),
         }
     }
 

@@ -11,7 +11,7 @@ mod signs;
 
 pub(crate) use connection::Connection;
 
-use super::{Master, Protocol, Roles, Storing, Target};
+use super::{Master, Program, Protocol, Roles, Storing, Target};
 use crate::cyclic::Started;
 use crate::error::{Error, RequestError, What};
 use crate::identify::Found;
@@ -139,7 +139,7 @@ impl Master for Slave {
         self.reset(session, 0)
     }
 
-    fn program(&self, session: &mut Session) -> Result<Option<u32>, Error> {
+    fn program(&self, session: &mut Session) -> Result<Option<Program>, Error> {
         self.program_in(session)
     }
 

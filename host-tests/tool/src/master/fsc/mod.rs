@@ -10,7 +10,7 @@ mod rows;
 mod session;
 mod signs;
 
-use super::{Condition, Master, Protocol, Roles, Storing, Target};
+use super::{Condition, Master, Program, Protocol, Roles, Storing, Target};
 use crate::cyclic::{Source, Started};
 use crate::error::{Error, RequestError, What};
 use crate::identify::Found;
@@ -181,7 +181,7 @@ impl Master for Sensor {
         active.map(condition).collect()
     }
 
-    fn program(&self, session: &mut Session) -> Result<Option<u32>, Error> {
+    fn program(&self, session: &mut Session) -> Result<Option<Program>, Error> {
         self.program_in(session)
     }
 

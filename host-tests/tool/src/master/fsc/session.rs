@@ -3,6 +3,7 @@
 use super::tables;
 use crate::error::{Error, What};
 use crate::link::Link;
+use crate::master::Program;
 use crate::master::fsc::request::{self as fsc, Sensor};
 use crate::note::Note;
 use crate::ops::identity::{Values, numbers};
@@ -137,10 +138,10 @@ impl Sensor {
         self.command(session, function.code, function.signature, fsc::SAVED)
     }
 
-    /// The CRC-32 of the program. Another sensor refuses the code, and tells it in its status, which is read to clear it.
-    pub(super) fn program_in(self, session: &mut Session) -> Result<Option<u32>, Error> {
+    /// What the program tells of itself. Another sensor refuses the code, and tells it in its status, which is read to clear it.
+    pub(super) fn program_in(self, session: &mut Session) -> Result<Option<Program>, Error> {
         let reply = fsc::must(&mut session.link, self, UPDATE, fsc::ANSWER)?;
-        let program = reply.data.get(..4).map(number);
+        let program = Program::parse(&reply.data);
         if program.is_none() {
             let tables = own(session)?;
             for name in fsc::earlier(&mut session.link, self, tables)? {

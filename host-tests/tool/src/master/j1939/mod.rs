@@ -11,7 +11,7 @@ mod session;
 mod signs;
 mod ssi2;
 
-use super::{Master, Protocol, Roles, Storing, Target, canopen};
+use super::{Master, Program, Protocol, Roles, Storing, Target, canopen};
 use crate::cyclic::{Source, Started};
 use crate::error::{Error, RequestError};
 use crate::identify::Found;
@@ -126,7 +126,7 @@ impl Master for Ca {
         self.restart_in(session)
     }
 
-    fn program(&self, session: &mut Session) -> Result<Option<u32>, Error> {
+    fn program(&self, session: &mut Session) -> Result<Option<Program>, Error> {
         canopen::program(session, self.server())
     }
 
