@@ -47,13 +47,16 @@ async function simple(key) {
   if (answer) await post("api/run", key, own);
 }
 
-/** @param {string} key @param {number} min @param {number} max @param {string} [command] */
-async function address(key, min, max, command = key) {
+/** What the server says of the protocol of the sensor. */
+const protocol = () => state.protocols.find(({ name }) => name === state.device?.protocol);
+
+async function address() {
   const own = sensor();
+  const { name = "", command = "", least, most } = protocol() ?? {};
   await ask({
-    title: title(key), text: `${t(`${key}-text`)}\n${which()}`, yes: t("write"),
-    field: { label: t("new-number"), min, max, value: state.device?.address },
-  }, ({ value }) => post("api/run", { [command]: { new: Number(value) } }, own));
+    title: title(`new-address-${name}`), text: `${t(`new-address-text-${name}`)}\n${which()}`, yes: t("write"),
+    field: { label: t("new-number"), min: least, max: most, value: state.device?.address },
+  }, ({ value }) => post("api/run", { [command ?? ""]: { new: Number(value) } }, own));
 }
 
 /** The title of the question of a button. @param {string} key */
@@ -88,7 +91,7 @@ async function label() {
 function show() {
   const device = state.device;
   const axes = device?.zero ?? [];
-  const protocol = device?.protocol;
+  const { name, command } = protocol() ?? {};
   // A data sheet does not say how an address is changed.
   const isOurs = !device?.foreign;
   const offered = {
@@ -99,9 +102,7 @@ function show() {
     "save": device?.saves ?? true,
     "restart": true,
     "load-factory": true,
-    "node-id": protocol === "canopen" && isOurs,
-    "mac": protocol === "devicenet" && isOurs,
-    "j1939-address": protocol === "j1939" && isOurs,
+    "new-address": isOurs && Boolean(command),
     "bit-rate": isOurs,
     "label": device === null || device.serial !== null,
   };
@@ -110,6 +111,7 @@ function show() {
     button.hidden = !isOffered;
     button.disabled = !isReady();
   }
+  element("new-address").textContent = t(offered["new-address"] ? `new-address-${name}` : "protocol");
 }
 
 /** Starts the buttons. */
@@ -124,14 +126,13 @@ export function start() {
     "save": () => simple("save"),
     "restart": () => simple("restart"),
     "load-factory": () => simple("load-factory"),
-    "node-id": () => address("node-id", 1, 127),
-    "mac": () => address("mac", 0, 63),
-    "j1939-address": () => address("j1939-address", 0, 253, "address"),
+    "new-address": address,
     "bit-rate": rate,
     "label": label,
   };
   for (const [id, run] of Object.entries(actions)) press(id, run);
   on("device", show);
   on("status", show);
+  on("protocols", show);
   onLanguage(show);
 }

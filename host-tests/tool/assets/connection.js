@@ -88,6 +88,15 @@ async function showPorts() {
   element("ports").replaceChildren(...ports.map((/** @type {any} */ port) => new Option(port.maker ?? port.kind, port.port)));
 }
 
+/** Offers the kinds of addresses. */
+function showProtocols() {
+  const place = input("protocol");
+  const chosen = place.value;
+  const options = state.protocols.map(({ name }) => new Option(t(`protocol-${name}`), name));
+  place.replaceChildren(...[...place.options].filter(({ value }) => value === ""), ...options);
+  place.value = chosen;
+}
+
 function showAddress() {
   const protocol = input("protocol").value;
   const isGiven = protocol !== "";
@@ -291,8 +300,10 @@ export async function start() {
     element("progress").textContent = "";
     element("progress-bar").hidden = true;
   });
-  onLanguage(() => { showFound(); showStatus(); showSheet(); showAddress(); });
-  const [{ ports, rates, first }, products] = await Promise.all([get("api/ports"), get("api/products")]);
+  onLanguage(() => { showFound(); showStatus(); showSheet(); showProtocols(); showAddress(); });
+  const [{ ports, rates, first }, products, protocols] = await Promise.all([get("api/ports"), get("api/products"), get("api/protocols")]);
+  emit("protocols", protocols);
+  showProtocols();
   element("ports").replaceChildren(...ports.map((/** @type {any} */ port) => new Option(port.maker ?? port.kind, port.port)));
   input("rate").append(...rates.map((/** @type {number} */ rate) => new Option(`${rate} kbit/s`, String(rate))));
   catalogue = products.filter((/** @type {Product} */ { file }) => file === undefined);

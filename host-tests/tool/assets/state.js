@@ -7,6 +7,7 @@ import { named, numbers } from "./texts.js";
  * @typedef {{value: number | string, unit: string, raw: number}} Value
  * @typedef {{name: string, unit: string}} Angle
  * @typedef {{name: string, raw: number}} Choice
+ * @typedef {{name: string, command: string | null, least: number, most: number}} Protocol
  * @typedef {{connection: number, product: string, sheet: string, foreign: boolean, maker: string, protocol: string, address: string, serial: number | null, rate: number | null,
  *   article: string | null, firmware: string | null, label?: string, angles: Angle[], zero: string[], align: boolean, teach: boolean, saves: boolean}} Device
  * @typedef {{state: string, port: string | null, rate: number | null, perSecond: number, errors: number | null, unread?: {lines: number, first: string} | null, samples: number,
@@ -24,6 +25,8 @@ export const state = {
   angles: null,
   /** The bit rates in kbit/s. @type {number[]} */
   rates: [],
+  /** The protocols, with the command that changes the address. @type {Protocol[]} */
+  protocols: [],
   /** The tab that is in charge; null: none. @type {string | null} */
   owner: null,
   /** Why there are no events: the code of the failure. @type {string | null} */
@@ -42,6 +45,7 @@ export function on(kind, listener) {
 export function emit(kind, data) {
   if (kind === "status") state.status = data;
   if (kind === "device") state.device = data;
+  if (kind === "protocols") state.protocols = data;
   if (kind === "values") state.values = data;
   if (kind === "owner") state.owner = data;
   if (kind === "gone") state.gone = data;

@@ -8,7 +8,7 @@ pub use stand_in::StandIn;
 use crate::error::{Error, RequestError};
 use crate::identify;
 use crate::link::Link;
-use crate::master::{devicenet, factory_target, j1939};
+use crate::master::{Protocol, factory_target, j1939};
 use crate::session::Session;
 use adapter::bench::BenchAdapter;
 use adapter::{Adapter, AdapterError, Capabilities, Mode};
@@ -31,9 +31,6 @@ const SERIAL: u32 = 1;
 
 /// The time in which a sensor has started.
 const BOOT: Duration = millis(200);
-
-/// The time of the duplicate MAC ID check of DeviceNet, which another node must acknowledge.
-const CHECK: Duration = millis(2500);
 
 /// The time in which a sensor in J1939 has restarted and has an address.
 const CLAIM: Duration = millis(700);
@@ -64,9 +61,9 @@ fn bus(name: &str) -> Result<(Bus, Unit), Error> {
     let unit = Unit::new(name.to_owned(), device, node_type, SERIAL, stage);
     let mut booted = after(bus.now(), BOOT);
     let other = bus.adapter();
-    if devicenet::tables(product).is_some() {
+    if let Some(check) = Protocol::of(product).check {
         bus.open(other, None, false);
-        booted = after(booted, CHECK);
+        booted = after(booted, check);
     }
     bus.run_until(booted);
     bus.remove(other);

@@ -12,7 +12,7 @@ pub use broker::BrokerError;
 pub use calibration::CalibrationError;
 pub use file::{Fault, FileError};
 pub use number::NumberError;
-pub use page::{Forbidden, PageError};
+pub use page::{BadRequest, Forbidden, PageError};
 pub use request::{Meant, RequestError};
 pub use sensor::{Differing, Next, Place, Rates, Reason, Refusal, SensorError, Silence, What};
 

@@ -94,7 +94,7 @@ impl Entry {
                 _ => Meant::Nothing,
             };
             let (name, why) = (self.name.clone(), Box::new(wrong));
-            NumberError::NoValue(name, text.to_owned(), why, Box::new(self.range()), meant)
+            NumberError::NoValue(name, text.to_owned(), why, self.range(), meant)
         })?;
         let raw = self.raw(number, scale)?;
         self.check(raw, scale)?;

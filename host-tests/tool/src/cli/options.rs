@@ -3,9 +3,9 @@
 use super::Cli;
 use crate::error::{Error, RequestError};
 use crate::known::{known, products, rates, text};
-use crate::master::Addresses;
+use crate::master::{Addresses, NewAddress};
 use crate::question::Name;
-use clap::{Args, CommandFactory};
+use clap::{Args, CommandFactory, Subcommand};
 use plumbline::can::BitRate;
 use plumbline::time::Duration;
 use std::path::PathBuf;
@@ -59,42 +59,47 @@ pub fn command() -> clap::Command {
     // Gives the commands the options of all commands.
     command.build();
     command.mut_subcommands(|own| {
-        let unused = unused(own.get_name());
-        hide(own, unused).mut_subcommands(|part| hide(part, unused))
+        let name = own.get_name().to_owned();
+        hide(own, &name).mut_subcommands(|part| hide(part, &name))
     })
 }
 
-/// Hides these options of a command in its help.
-fn hide(command: clap::Command, unused: &[&str]) -> clap::Command {
+/// Hides the options in the help that the command with this name does not use.
+fn hide(command: clap::Command, name: &str) -> clap::Command {
+    let unused = unused(name);
     command.mut_args(|option| {
-        let is_unused = unused.contains(&option.get_id().as_str());
+        let id = option.get_id().as_str();
+        let is_unused = match Addresses::protocol(id) {
+            // The command of another protocol.
+            Some(protocol) => unused.contains(&ADDRESSES) || !protocol.permits(name),
+            None => unused.contains(&id),
+        };
         let is_hidden = option.is_hide_set() || is_unused;
         option.hide(is_hidden)
     })
 }
 
+/// The options with an address.
+const ADDRESSES: &str = "addresses";
+
 /// The options that a command does not use.
 fn unused(command: &str) -> &'static [&'static str] {
-    const ALL: [&str; 11] = [
-        "json", "yes", "config", "port", "rate", "id", "node", "mac", "address", "product", "eds",
+    const ALL: [&str; 8] = [
+        "json", "yes", "config", "port", "rate", ADDRESSES, "product", "eds",
     ];
     match command {
         "completions" | "man" | "help" => &ALL,
         "ports" => &ALL[1..],
         "image" | "key" => &ALL[2..],
-        "calibrate" => &[
-            "config", "port", "rate", "id", "node", "mac", "address", "eds",
-        ],
+        "calibrate" => &["config", "port", "rate", ADDRESSES, "eds"],
         "decode" => &["yes", "config", "port", "rate"],
         "log" | "replay" => &["config"],
-        "commission" => &["id", "node", "mac", "address", "product", "eds"],
-        "doctor" | "send" => &["config", "id", "node", "mac", "address", "product", "eds"],
+        "commission" => &[ADDRESSES, "product", "eds"],
+        "doctor" | "send" => &["config", ADDRESSES, "product", "eds"],
         "bridge" => &["product", "eds"],
-        "scan" => &["id", "node", "mac", "address", "product", "eds"],
-        "node-id" => &["id", "mac", "address", "eds"],
-        "mac" => &["id", "node", "address", "eds"],
-        "address" => &["id", "node", "mac", "eds"],
+        "scan" => &[ADDRESSES, "product", "eds"],
         "rate" | "zero" | "teach" | "align" => &["eds"],
+        _ if NewAddress::has_subcommand(command) => &["eds"],
         _ => &[],
     }
 }

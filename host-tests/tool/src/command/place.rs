@@ -2,6 +2,7 @@
 
 use crate::cli::Options;
 use crate::identify::Found;
+use crate::master::NewAddress;
 use crate::master::{Target, factory_rate, factory_target};
 use crate::note::Note;
 use crate::ops::report::Done;
@@ -130,9 +131,7 @@ fn moves(request: &Request) -> bool {
         request,
         Request::Restart
             | Request::LoadFactory
-            | Request::NodeId { .. }
-            | Request::Mac { .. }
-            | Request::Address { new: Some(_) }
+            | Request::Address(NewAddress { new: Some(_), .. })
             | Request::Rate { .. }
     )
 }

@@ -22,7 +22,7 @@ errors! {
         Names(names: Named): Usage "bad-value" = "its values are {names}", "die Werte sind {names}";
         Ambiguous(text: String, names: Named): Usage "bad-value" = "{text} is ambiguous: its values are {names}",
             "{text} ist nicht eindeutig: Die Werte sind {names}";
-        NoValue(name: String, text: String, why: Box<NumberError>, range: Box<Named>, meant: Meant): Usage "bad-value" = "{name} = {text:?}: {why}; it takes {range}{meant}",
+        NoValue(name: String, text: String, why: Box<NumberError>, range: Named, meant: Meant): Usage "bad-value" = "{name} = {text:?}: {why}; it takes {range}{meant}",
             "{name} = {text:?}: {why}; erlaubt sind {range}{meant}";
         NotPermitted(value: String, name: String, range: Named): Usage "out-of-range" = "{value} is not permitted: {name} takes {range}",
             "{value} ist nicht erlaubt: {name} kann {range} sein";

@@ -1,6 +1,7 @@
 //! Errors of the server of the page.
 
-use texts::{errors, texts};
+use std::fmt::{Display, Formatter};
+use texts::{Text, errors, texts};
 use virtual_sensor::server::Refused;
 
 errors! {
@@ -17,7 +18,7 @@ errors! {
         NoStore: Usage "no-store" = "there is no store file: start `plumbline serve --store FILE`", "es gibt keine Speicherdatei: Starten Sie `plumbline serve --store FILE`";
         NoRequest: Usage "bad-request" = "there is no such request", "diese Anfrage gibt es nicht";
         List: Usage "bad-request" = "the request is not valid: it is a list", "die Anfrage ist nicht gültig: Sie ist eine Liste";
-        Invalid(why: String): Usage "bad-request" = "the request is not valid: {why}", "die Anfrage ist nicht gültig: {why}";
+        Invalid(why: BadRequest): Usage "bad-request" = "the request is not valid: {why}", "die Anfrage ist nicht gültig: {why}";
         NoProtocol: Usage "bad-request" = "an address needs its protocol: fsc, canopen, devicenet or j1939", "eine Adresse braucht ihr Protokoll: fsc, canopen, devicenet oder j1939";
         TooManyTabs(most: usize): Bus "too-many-tabs" = "{most} tabs are already open: close one of them, then this page connects automatically",
             "{most} Tabs sind schon offen. Schließen Sie einen davon: Dann verbindet sich diese Seite von selbst";
@@ -49,6 +50,40 @@ errors! {
             "das Diagramm zeigt schon {most} Sensoren: Entfernen Sie zuerst einen";
         SensorChanged(line: String): Refused "sensor-changed" = "another sensor is connected now ({line}): nothing was done. Look at it, and give the command again",
             "jetzt ist ein anderer Sensor verbunden ({line}), deshalb ist nichts geschehen. Sehen Sie ihn an, und wiederholen Sie die Aktion";
+    }
+}
+
+/// Why the body of a request is not valid. Programs that send requests read the English text of the parser.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct BadRequest {
+    english: String,
+    /// Where it is no JSON: line and column; None: it is JSON with a wrong name or value.
+    place: Option<(usize, usize)>,
+}
+
+impl From<serde_json::Error> for BadRequest {
+    fn from(error: serde_json::Error) -> Self {
+        Self {
+            english: error.to_string(),
+            place: (!error.is_data()).then(|| (error.line(), error.column())),
+        }
+    }
+}
+
+impl Display for BadRequest {
+    fn fmt(&self, to: &mut Formatter) -> std::fmt::Result {
+        to.write_str(&self.english)
+    }
+}
+
+impl Text for BadRequest {
+    fn german(&self) -> String {
+        match self.place {
+            None => "sie hat einen Namen oder einen Wert, den es nicht gibt".to_owned(),
+            Some((line, column)) => {
+                format!("sie ist kein JSON, ab Zeile {line}, Spalte {column}")
+            }
+        }
     }
 }
 

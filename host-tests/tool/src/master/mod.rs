@@ -3,6 +3,7 @@
 //! CONTRIBUTING lists what else a new protocol touches.
 
 pub mod canopen;
+mod command;
 pub mod devicenet;
 pub mod fsc;
 pub mod j1939;
@@ -11,6 +12,7 @@ mod protocol;
 mod roles;
 
 pub use canopen::Node;
+pub use command::{AddressCommand, NewAddress};
 pub use j1939::Ca;
 pub use options::Addresses;
 pub use protocol::Protocol;

@@ -14,6 +14,12 @@ impl Addresses {
         Self(vec![(protocol, address.to_owned())])
     }
 
+    /// The protocol of an option without hyphens; None: it has no address.
+    pub fn protocol(option: &str) -> Option<&'static Protocol> {
+        let mut all = PROTOCOLS.into_iter();
+        all.find(|protocol| protocol.argument() == option)
+    }
+
     /// The first address.
     pub fn first(&self) -> Option<(&'static Protocol, &str)> {
         let first = self.0.first();

@@ -1,6 +1,6 @@
 //! What the tool knows of a protocol without a sensor.
 
-use super::{PROTOCOLS, Roles, Target};
+use super::{AddressCommand, NewAddress, PROTOCOLS, Roles, Target};
 use crate::decode::{Decoder, Known};
 use crate::error::{Error, RequestError};
 use crate::link::Link;
@@ -9,6 +9,7 @@ use crate::scan::row::Heard;
 use crate::scan::signs::Signs;
 use crate::sheet::rows::Builder;
 use plumbline::model::catalog::Product;
+use plumbline::time::Duration;
 use std::ops::RangeInclusive;
 
 /// What the tool knows of a protocol without a sensor.
@@ -29,7 +30,7 @@ pub struct Protocol {
     /// The error of a product without such an address, with the commands that can be meant.
     pub lacks: fn(&'static str, String) -> RequestError,
     /// The command that changes the address.
-    pub command: Option<&'static str>,
+    pub command: Option<AddressCommand>,
     /// The sensor at the address of this option.
     pub target: fn(&str) -> Result<Target, Error>,
     /// The parameters of a product with a role in this protocol; None: the product does not have this protocol.
@@ -44,6 +45,9 @@ pub struct Protocol {
     pub(crate) unaddressed: Option<Unaddressed>,
     /// What the messages of these products mean.
     pub(crate) decoder: fn(Known) -> Box<dyn Decoder>,
+    /// The longest time in which a new node checks its address before it answers, if another node acknowledges the check; None: it answers
+    /// at once.
+    pub(crate) check: Option<Duration>,
     /// How the frames of a bus show its nodes.
     pub(crate) signs: Signs,
 }
@@ -68,6 +72,11 @@ impl Protocol {
     /// The name of the option without hyphens.
     pub(super) fn argument(&self) -> &'static str {
         self.option.trim_start_matches('-')
+    }
+
+    /// Whether the command with this name is not one of another protocol.
+    pub(crate) fn permits(&self, command: &str) -> bool {
+        NewAddress::named(command).is_none_or(|(protocol, _)| protocol == self)
     }
 
     /// The protocol of a product; of two, the first one of [`PROTOCOLS`].

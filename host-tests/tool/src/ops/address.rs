@@ -15,11 +15,14 @@ use plumbline::time::{Duration, after, millis};
 const RESTART: Duration = millis(4000);
 
 /// Changes the address of a sensor with this protocol, and asks at the new one.
-pub(super) fn change(
+pub(crate) fn change(
     session: &mut Session,
     protocol: &'static Protocol,
-    new: u8,
+    new: Option<u8>,
 ) -> Result<Report, Error> {
+    let Some(new) = new else {
+        return Err(not_here(session, protocol));
+    };
     let old = session.target;
     let roles = session.roles().filter(|_| old.protocol() == protocol);
     let roles = roles.ok_or_else(|| not_here(session, protocol))?;
@@ -52,8 +55,10 @@ pub(super) fn change(
 /// The sensor has no address of this protocol.
 pub(crate) fn not_here(session: &Session, protocol: &Protocol) -> Error {
     let others = PROTOCOLS.iter().filter(|other| **other != protocol);
-    let others = others.filter_map(|other| other.command);
-    let others: Vec<String> = others.map(|name| format!("`plumbline {name}`")).collect();
+    let others = others.filter_map(|other| other.command.as_ref());
+    let others: Vec<String> = others
+        .map(|command| format!("`plumbline {}`", command.name))
+        .collect();
     (protocol.lacks)(session.sheet.product.name, others.join(" or ")).into()
 }
 

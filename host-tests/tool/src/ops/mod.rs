@@ -29,7 +29,6 @@ pub mod watch;
 use crate::error::Error;
 use crate::identify::{self, Found};
 use crate::labels::Labels;
-use crate::master::{canopen, devicenet, j1939};
 use crate::output::Terminal;
 use crate::session::Session;
 pub use rate::NewRate;
@@ -98,9 +97,7 @@ fn performed(
             session.restart()?;
             Ok(Done::Restarts.into())
         }
-        Request::NodeId { new } => address::change(session, &canopen::PROTOCOL, *new),
-        Request::Mac { new } => address::change(session, &devicenet::PROTOCOL, *new),
-        Request::Address { new } => j1939::address::address(session, *new),
+        Request::Address(new) => new.perform(session),
         Request::Rate { new } => rate::rate(session, found, *new, terminal),
         Request::Label { name, remove } => {
             let change = match (name, remove) {

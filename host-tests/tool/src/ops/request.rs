@@ -3,7 +3,9 @@
 use super::rate::{NewRate, new_rate};
 use crate::error::{Error, RequestError};
 use crate::known::{assignments, known, new_rates, parameters, text};
+use crate::master::NewAddress;
 use clap::{Subcommand, ValueEnum};
+use serde::de::Error as _;
 use serde::{Deserialize, Deserializer};
 use std::path::PathBuf;
 
@@ -29,7 +31,7 @@ impl Axis {
 
 /// An operation on a sensor. Its documentation is the help of the command line.
 #[derive(Clone, PartialEq, Eq, Debug, Subcommand, Deserialize)]
-#[serde(rename_all = "kebab-case", deny_unknown_fields)]
+#[serde(remote = "Self", rename_all = "kebab-case", deny_unknown_fields)]
 pub enum Request {
     /// Read parameters and values; without a name all of them
     Get {
@@ -75,21 +77,10 @@ pub enum Request {
     },
     /// Restart the sensor
     Restart,
-    /// Change the node-ID of a CANopen sensor: writes, stores, restarts, checks
-    NodeId {
-        /// The new node-ID, 1 to 127
-        new: u8,
-    },
-    /// Change the MAC ID of a DeviceNet sensor and check it
-    Mac {
-        /// The new MAC ID, 0 to 63
-        new: u8,
-    },
-    /// Show the J1939 address and NAME, or change the address: commands it, checks, stores
-    Address {
-        /// The new address, 0 to 253
-        new: Option<u8>,
-    },
+    /// The commands of the protocols that change the address
+    #[command(flatten)]
+    #[serde(skip)]
+    Address(NewAddress),
     /// Change the bit rate: writes, stores, restarts, checks
     Rate {
         /// The new bit rate in kbit/s; auto: automatic detection (GEMAC)
@@ -127,6 +118,36 @@ fn rate<'de, D: Deserializer<'de>>(from: D) -> Result<NewRate, D::Error> {
     new_rate(&text).map_err(serde::de::Error::custom)
 }
 
+impl<'de> Deserialize<'de> for Request {
+    fn deserialize<D: Deserializer<'de>>(from: D) -> Result<Self, D::Error> {
+        let request = serde_json::Value::deserialize(from)?;
+        let name = match &request {
+            serde_json::Value::Object(own) => own.keys().next().cloned(),
+            other => other.as_str().map(str::to_owned),
+        };
+        if let Some(name) = name.filter(|name| !names().contains(name)) {
+            let names: Vec<String> = names().iter().map(|own| format!("`{own}`")).collect();
+            let names = names.join(", ");
+            return Err(D::Error::custom(format!(
+                "unknown variant `{name}`, expected one of {names}"
+            )));
+        }
+        match NewAddress::of(&request) {
+            Some(address) => address.map(Self::Address).map_err(D::Error::custom),
+            None => Self::deserialize(request).map_err(D::Error::custom),
+        }
+    }
+}
+
+/// The names of all requests.
+fn names() -> Vec<String> {
+    let command = Request::augment_subcommands(clap::Command::new(""));
+    let names = command
+        .get_subcommands()
+        .map(|own| own.get_name().to_owned());
+    names.chain(["identity".to_owned()]).collect()
+}
+
 impl Request {
     /// Refuses an operation that a data sheet does not describe.
     ///
@@ -134,11 +155,10 @@ impl Request {
     /// It is one.
     pub fn check_described(&self) -> Result<(), Error> {
         match self {
-            Self::NodeId { .. }
-            | Self::Mac { .. }
-            | Self::Rate { .. }
-            | Self::Zero { .. }
-            | Self::Teach { .. } => Err(RequestError::NotDescribed.into()),
+            Self::Address(address) if address.new.is_none() => Ok(()),
+            Self::Address(_) | Self::Rate { .. } | Self::Zero { .. } | Self::Teach { .. } => {
+                Err(RequestError::NotDescribed.into())
+            }
             _ => Ok(()),
         }
     }
@@ -158,11 +178,9 @@ impl Request {
             }
             Self::Teach { save } => ("teach", *save, Vec::new()),
             Self::Restart => ("restart", false, Vec::new()),
-            Self::NodeId { new } => ("node-id", false, vec![new.to_string()]),
-            Self::Mac { new } => ("mac", false, vec![new.to_string()]),
-            Self::Address { new } => {
-                let new = new.map(|new| new.to_string());
-                ("address", false, new.into_iter().collect())
+            Self::Address(address) => {
+                let new = address.new.map(|new| new.to_string());
+                (address.name(), false, new.into_iter().collect())
             }
             Self::Rate { new } => ("rate", false, vec![new.word()]),
             Self::Label { name: None, remove } => {
@@ -210,6 +228,7 @@ mod tests {
             (r#"{"node-id":{"new":11}}"#, "node-id 11"),
             (r#"{"mac":{"new":7}}"#, "mac 7"),
             (r#"{"address":{"new":160}}"#, "address 160"),
+            (r#"{"address":{}}"#, "address"),
             (r#"{"rate":{"new":"500"}}"#, "rate 500"),
             (r#"{"rate":{"new":"62.5"}}"#, "rate 62.5"),
             (r#"{"rate":{"new":"auto"}}"#, "rate auto"),
@@ -256,6 +275,12 @@ mod tests {
             r#"{"zero":{"axis":1}}"#,
             r#"{"node-id":{"new":256}}"#,
             r#"{"node-id":{"new":-1}}"#,
+            r#"{"node-id":{}}"#,
+            r#"{"mac":{"new":null}}"#,
+            r#"{"mac":{"new":7,"save":true}}"#,
+            r#"{"address":7}"#,
+            r#"{"address":{"new":"7"}}"#,
+            r#"{"node-id":{"new":7},"mac":{"new":7}}"#,
             r#"{"rate":{"new":"77"}}"#,
             r#"{"zero":{},"save":{}}"#,
         ] {

@@ -30,21 +30,22 @@ test("page_without_a_sensor_offers_no_action", async () => {
 });
 
 test("actions_are_those_of_the_sensor", async () => {
-  const all = ["zero", "zero-x", "zero-y", "teach", "save", "node-id", "mac", "j1939-address", "bit-rate", "label"];
-  for (const [name, hidden] of [
-    ["is2", ["teach", "node-id", "mac", "j1939-address"]],
-    ["jn2101", ["mac", "j1939-address"]],
-    ["tiltix080", ["teach", "save", "node-id", "j1939-address"]],
-    ["ims360/j1939", ["node-id", "mac"]],
+  const all = ["zero", "zero-x", "zero-y", "teach", "save", "new-address", "bit-rate", "label"];
+  for (const [name, hidden, address] of [
+    ["is2", ["teach", "new-address"], "Address"],
+    ["jn2101", [], "Node-ID..."],
+    ["tiltix080", ["teach", "save"], "MAC ID..."],
+    ["ims360/j1939", [], "J1939 address..."],
   ]) {
     const page = await connected(name);
     const { zero, angles, teach } = answers.devices[name].device;
     const more = [["zero", zero.length > 0], ["zero-x", zero.includes("x")], ["zero-y", zero.includes("y") && angles.length > 1], ["teach", teach]];
     const own = all.filter((id) => hidden.includes(id) || more.some(([button, isOffered]) => button === id && !isOffered));
     assert.deepEqual(all.filter((id) => page.element(id).hidden), own, name);
+    assert.equal(page.text("new-address"), address);
     // A data sheet does not say how an address is changed, or what is zeroed.
     await page.connected(name, { foreign: true, zero: [], teach: false });
-    const foreign = ["zero", "zero-x", "zero-y", "teach", "node-id", "mac", "j1939-address", "bit-rate"];
+    const foreign = ["zero", "zero-x", "zero-y", "teach", "new-address", "bit-rate"];
     assert.deepEqual(foreign.filter((id) => !page.element(id).hidden), [], name);
   }
 });
@@ -72,9 +73,9 @@ test("actions_send_their_command_for_the_sensor_that_was_shown", async () => {
     ["is2", "save", /stores its present settings/, {}, "save"],
     ["is2", "restart", /restarts/, {}, "restart"],
     ["is2", "load-factory", /factory values/, {}, "load-factory"],
-    ["jn2101", "node-id", /another node-ID/, { value: "11" }, { "node-id": { new: 11 } }],
-    ["tiltix080", "mac", /another MAC ID/, { value: "7" }, { mac: { new: 7 } }],
-    ["ims360/j1939", "j1939-address", /address/, { value: "160" }, { address: { new: 160 } }],
+    ["jn2101", "new-address", /another node-ID/, { value: "11" }, { "node-id": { new: 11 } }],
+    ["tiltix080", "new-address", /another MAC ID/, { value: "7" }, { mac: { new: 7 } }],
+    ["ims360/j1939", "new-address", /another J1939 address/, { value: "160" }, { address: { new: 160 } }],
     ["is2", "bit-rate", /another bit rate/, { value: "250" }, { rate: { new: "250" } }],
     ["is2", "label", /name of the sensor/, { value: " boom " }, { label: { name: "boom" } }],
     ["is2", "label", /name of the sensor/, { value: "" }, { label: { name: null } }],
@@ -99,9 +100,9 @@ test("devicenet_sensor_has_no_box_to_save", async () => {
 });
 
 test("addresses_have_the_range_of_their_protocol", async () => {
-  for (const [sensor, id, range] of [["jn2101", "node-id", ["1", "127"]], ["tiltix080", "mac", ["0", "63"]], ["ims360/j1939", "j1939-address", ["0", "253"]]]) {
+  for (const [sensor, range] of [["jn2101", ["1", "127"]], ["tiltix080", ["0", "63"]], ["ims360/j1939", ["0", "253"]]]) {
     const page = await connected(sensor);
-    const asked = await page.question(id);
+    const asked = await page.question("new-address");
     assert.doesNotMatch(asked.title, /\./, "the title of a question has no dots");
     const field = page.element("question-input");
     assert.deepEqual([field.type, field.min, field.max, field.value], ["number", ...range, answers.devices[sensor].device.address]);

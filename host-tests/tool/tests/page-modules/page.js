@@ -64,7 +64,7 @@ class Page {
   constructor() {
     /** What the page has asked for, without the events: path, body, number of the sensor. */
     this.requests = [];
-    this.replies = { "api/ports": answers.ports, "api/products": answers.products };
+    this.replies = { "api/ports": answers.ports, "api/products": answers.products, "api/protocols": answers.protocols };
     this.now = 0;
     this.timers = [];
     this.events = [];

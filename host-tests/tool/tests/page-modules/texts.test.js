@@ -15,6 +15,21 @@ test("languages_have_the_same_texts_with_the_same_places", async () => {
   assert.deepEqual(used.filter((key) => !en[key]), []);
 });
 
+test("each_protocol_has_its_texts", async () => {
+  const page = await open();
+  const { texts: { en } } = page.import("texts.js");
+  assert.ok(answers.protocols.length >= 4);
+  for (const { name, command } of answers.protocols) {
+    const keys = ["protocol", "address", "address-help", ...(command ? ["new-address", "new-address-text"] : [])];
+    assert.deepEqual(keys.filter((key) => !en[`${key}-${name}`]), [], name);
+  }
+  // The choice has the language of the page.
+  for (const [language, shown] of [["de", "J1939-Adresse"], ["en", "J1939 address"]]) {
+    await page.change("language", language);
+    assert.equal(page.element("protocol").options.find(({ value }) => value === "j1939").textContent, shown);
+  }
+});
+
 test("page_has_the_language_of_the_browser_until_another_one_is_chosen", async () => {
   for (const [language, title] of [["de-CH", "Winkel"], ["fr", "Angles"]]) {
     const page = await open({ language });

@@ -44,6 +44,7 @@ fn answers() -> Value {
     json!({
         "products": products,
         "ports": server.get("/api/ports").json(),
+        "protocols": server.get("/api/protocols").json(),
         "parameters": parameters,
         "devices": Map::from_iter(devices),
         "identity": identity,

@@ -20,12 +20,13 @@ pub(super) use session::{
     save, write,
 };
 
-use super::{Master, Program, Protocol, Roles, Storing, Target};
+use super::{AddressCommand, Master, Program, Protocol, Roles, Storing, Target};
 use crate::cyclic::{Source, Started};
 use crate::error::{Error, RequestError};
 use crate::identify::Found;
 use crate::link::Link;
 use crate::master::canopen::sdo::{Answer, Server};
+use crate::ops::address::change;
 use crate::ops::identity::Values;
 use crate::ops::report::Done;
 use crate::output::Terminal;
@@ -50,7 +51,13 @@ pub const PROTOCOL: Protocol = Protocol {
     kind: "node-ID",
     range: 1..=127,
     lacks: RequestError::NoNodeId,
-    command: Some("node-id"),
+    command: Some(AddressCommand {
+        name: "node-id",
+        help: "Change the node-ID of a CANopen sensor: writes, stores, restarts, checks",
+        number: "The new node-ID, 1 to 127",
+        shows: false,
+        perform: |session, new| change(session, &PROTOCOL, new),
+    }),
     target,
     roles,
     rows: rows::add,
@@ -58,6 +65,7 @@ pub const PROTOCOL: Protocol = Protocol {
     told: None,
     unaddressed: Some(lss::unaddressed),
     decoder: decode::decoder,
+    check: None,
     signs: signs::SIGNS,
 };
 

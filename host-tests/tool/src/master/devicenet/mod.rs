@@ -11,7 +11,7 @@ mod signs;
 
 pub(crate) use connection::Connection;
 
-use super::{Master, Program, Protocol, Roles, Storing, Target};
+use super::{AddressCommand, Master, Program, Protocol, Roles, Storing, Target};
 use crate::cyclic::Started;
 use crate::error::{Error, RequestError, What};
 use crate::identify::Found;
@@ -21,6 +21,7 @@ use crate::master::canopen::{
     sdo::{self, Server},
 };
 use crate::master::devicenet::explicit::{Path, Slave};
+use crate::ops::address::change;
 use crate::ops::identity::Values;
 use crate::ops::raw::{bad, bytes};
 use crate::ops::report::Done;
@@ -45,7 +46,13 @@ pub const PROTOCOL: Protocol = Protocol {
     kind: "MAC ID",
     range: 0..=63,
     lacks: RequestError::NoMacId,
-    command: Some("mac"),
+    command: Some(AddressCommand {
+        name: "mac",
+        help: "Change the MAC ID of a DeviceNet sensor and check it",
+        number: "The new MAC ID, 0 to 63",
+        shows: false,
+        perform: |session, new| change(session, &PROTOCOL, new),
+    }),
     target,
     roles,
     rows: rows::add,
@@ -53,6 +60,7 @@ pub const PROTOCOL: Protocol = Protocol {
     told: None,
     unaddressed: None,
     decoder: decode::decoder,
+    check: Some(millis(2500)),
     signs: signs::SIGNS,
 };
 

@@ -52,6 +52,7 @@ pub const PROTOCOL: Protocol = Protocol {
     told: None,
     unaddressed: None,
     decoder: decode::decoder,
+    check: None,
     signs: signs::SIGNS,
 };
 

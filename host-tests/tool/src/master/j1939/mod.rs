@@ -11,7 +11,7 @@ mod session;
 mod signs;
 mod ssi2;
 
-use super::{Master, Program, Protocol, Roles, Storing, Target, canopen};
+use super::{AddressCommand, Master, Program, Protocol, Roles, Storing, Target, canopen};
 use crate::cyclic::{Source, Started};
 use crate::error::{Error, RequestError};
 use crate::identify::Found;
@@ -38,7 +38,13 @@ pub const PROTOCOL: Protocol = Protocol {
     kind: "J1939 address",
     range: 0..=253,
     lacks: RequestError::NoJ1939Address,
-    command: Some("address"),
+    command: Some(AddressCommand {
+        name: "address",
+        help: "Show the J1939 address and NAME, or change the address: commands it, checks, stores",
+        number: "The new address, 0 to 253",
+        shows: true,
+        perform: address::address,
+    }),
     target,
     roles,
     // Its parameters have no addresses that a tool knows.
@@ -47,6 +53,7 @@ pub const PROTOCOL: Protocol = Protocol {
     told: Some(told),
     unaddressed: None,
     decoder: decode::decoder,
+    check: None,
     signs: signs::SIGNS,
 };
 

@@ -4,7 +4,7 @@ use super::{Answer, App};
 use crate::connect::RATES;
 use crate::image::ImageFile;
 use crate::last::Last;
-use crate::master::{Protocol, j1939};
+use crate::master::{PROTOCOLS, Protocol, j1939};
 use crate::meaning::{self, Named};
 use crate::scan::kbits;
 use crate::sheet::{Entry, Origin, Sheet};
@@ -58,6 +58,19 @@ pub(super) async fn ports(State(app): State<Arc<App>>) -> Answer {
         "store": app.store,
         "longestImage": ImageFile::LONGEST,
     })))
+}
+
+/// The protocols, each with the numbers of its addresses and the command that changes the address.
+pub(super) async fn protocols() -> Answer {
+    let protocols = PROTOCOLS.iter().map(|protocol| {
+        json!({
+            "name": protocol.name,
+            "command": protocol.command.as_ref().map(|own| own.name),
+            "least": protocol.range.start(),
+            "most": protocol.range.end(),
+        })
+    });
+    Ok(axum::Json(protocols.collect()))
 }
 
 /// The products of the catalogue, then the data sheets.

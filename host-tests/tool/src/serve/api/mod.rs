@@ -8,6 +8,7 @@
 //! | `POST /api/owner` | | the tab takes over from the one that is in charge |
 //! | `GET /api/ports` | | the ports of this computer, and what the command line says |
 //! | `GET /api/products` | | the products of the catalogue |
+//! | `GET /api/protocols` | | the protocols, with the command that changes the address |
 //! | `GET /api/parameters/PRODUCT` | | names, ranges, units and factory values of a product, or of a data sheet |
 //! | `POST /api/connect` | `{"port": .., "mode": "active"}` | finds the sensor, and polls it |
 //! | `POST /api/disconnect` | `{}` | closes the adapter |
@@ -40,7 +41,7 @@ use super::events::{Hub, tell};
 use super::job::{Job, Start, Task};
 use super::sheets::Sheets;
 use super::{assets, guard};
-use crate::error::{Error, PageError};
+use crate::error::{BadRequest, Error, PageError};
 use axum::Router;
 use axum::body::{Body, Bytes};
 use axum::extract::{DefaultBodyLimit, Request, State};
@@ -167,6 +168,7 @@ pub fn router(app: App) -> Router {
         .route("/events", get(events))
         .route("/ports", get(catalog::ports))
         .route("/products", get(catalog::products))
+        .route("/protocols", get(catalog::protocols))
         .route("/parameters/{product}", get(catalog::parameters))
         .route("/eds", post(file::data_sheet))
         .route("/identity", post(identity::read))
@@ -254,7 +256,7 @@ pub fn parse<T: DeserializeOwned>(body: &[u8]) -> Result<T, Error> {
     if body.trim_ascii_start().starts_with(b"[") {
         return Err(PageError::List.into());
     }
-    serde_json::from_slice(body).map_err(|error| PageError::Invalid(error.to_string()).into())
+    serde_json::from_slice(body).map_err(|error| PageError::Invalid(BadRequest::from(error)).into())
 }
 
 /// Hands a job to the worker and waits for its answer.

@@ -38,9 +38,7 @@ impl Worker {
                 | Request::LoadFactory
                 | Request::Restart
                 | Request::Rate { .. }
-                | Request::NodeId { .. }
-                | Request::Mac { .. }
-                | Request::Address { .. },
+                | Request::Address(_),
                 _,
             ) => {
                 self.unsaved.clear();

@@ -384,3 +384,30 @@ fn listening_sends_nothing_and_asks_for_the_rate_of_a_silent_bus() {
     );
     assert_eq!(server.post("/api/disconnect", "{}").status, 200);
 }
+
+#[test]
+fn request_that_is_not_valid_is_told_in_german_without_english_words() {
+    let server = Running::new();
+    for (body, german) in [
+        ("\"save", "kein JSON, ab Zeile 1, Spalte 5"),
+        (
+            "\"nothing\"",
+            "einen Namen oder einen Wert, den es nicht gibt",
+        ),
+        (r#"{"node-id":{"new":256}}"#, "den es nicht gibt"),
+        (r#"{"rate":{"new":"77"}}"#, "den es nicht gibt"),
+    ] {
+        let answer = server.post("/api/run", body);
+        assert_eq!(answer.code(), "bad-request", "{body}");
+        let own = answer.json()["texts"]["de"].to_string();
+        assert!(own.contains("die Anfrage ist nicht gültig: sie"), "{own}");
+        assert!(own.contains(german), "{own}");
+        assert!(!own.contains("expected"), "{own}");
+    }
+    // The English text lists what there is.
+    let answer = server.post("/api/run", "\"nothing\"").json();
+    let english = answer["error"]["message"].to_string();
+    for name in ["get", "node-id", "mac", "address", "identity"] {
+        assert!(english.contains(&format!("`{name}`")), "{english}");
+    }
+}
