@@ -2,9 +2,9 @@
 
 use super::replaced;
 use crate::backup::{Backup, read_text, sensor_in, write_file};
-use crate::eds::dcf::{self, Commissioning};
 use crate::error::{Error, FileError};
 use crate::identify::Found;
+use crate::master::canopen::eds::dcf::{self, Commissioning};
 use crate::ops;
 use crate::output::Terminal;
 use crate::question::Question;

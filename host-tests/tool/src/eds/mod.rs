@@ -7,21 +7,24 @@
 //! sheets are kept: the same file is read again without new memory, a file that is refused leaves nothing, and a process takes at most
 //! [`MOST_FILES`] different ones.
 
-mod canopen;
-pub mod dcf;
-mod devicenet;
+mod draft;
+mod format;
 pub mod identity;
-mod ini;
+
+pub(crate) use draft::{DECIMALS, Draft, Factor, GREATEST, Texts};
+pub(crate) use format::{Format, number};
 
 use crate::backup::{Unread, read_file};
 use crate::error::{Error, Fault, FileError, RequestError};
+use crate::master;
 use crate::note::Note;
 use crate::output::Terminal;
 use crate::question::{Doubt, Doubts, Question};
 use crate::session::Session;
-use crate::sheet::rows::{Row, fact, named};
+use crate::sheet::rows::{fact, named};
 use crate::sheet::{Address, Entry, Origin, Sheet, kebab};
 use bench::file::decoded;
+use draft::Owner;
 use plumbline::model::catalog::{Article, PRODUCTS, Product, Protocol};
 use plumbline::param::{DataType, ParameterId};
 use std::collections::{HashMap, HashSet};
@@ -33,7 +36,7 @@ use texts::shown;
 const LONGEST: u64 = 8 << 20;
 
 /// The maximum number of entries of a file.
-const MOST: usize = 20_000;
+pub(crate) const MOST: usize = 20_000;
 
 /// The maximum number of different files of a process.
 pub const MOST_FILES: usize = 32;
@@ -42,10 +45,10 @@ pub const MOST_FILES: usize = 32;
 static KEPT: Mutex<Vec<Sheet>> = Mutex::new(Vec::new());
 
 /// No parameter of the catalogue has this id: a data sheet does not say which of its entries is the node-ID.
-const NO_PARAMETER: ParameterId = ParameterId(u8::MAX);
+pub(crate) const NO_PARAMETER: ParameterId = ParameterId(u8::MAX);
 
 /// Its order number is not in a data sheet.
-const NO_ARTICLE: Article = Article {
+pub(crate) const NO_ARTICLE: Article = Article {
     name: "",
     number: "",
 };
@@ -66,42 +69,14 @@ pub struct DataSheet {
 }
 
 /// The parts of a sheet, from either format.
-struct Parts {
-    name: String,
-    maker: String,
-    protocol: Protocol,
-    identity: [Option<u32>; 2],
-    rows: Vec<Draft>,
-    left_out: usize,
-    ignored: Vec<usize>,
-}
-
-/// A row whose texts have no owner yet.
-struct Draft {
-    row: Row,
-    /// The texts of a DeviceNet parameter.
-    texts: Option<devicenet::Texts>,
-}
-
-impl From<Row> for Draft {
-    fn from(row: Row) -> Self {
-        Self { row, texts: None }
-    }
-}
-
-/// The texts of a sheet that stay until the end of the program, each once.
-#[derive(Default)]
-struct Owner(HashSet<&'static str>);
-
-impl Owner {
-    fn keep(&mut self, text: &str) -> &'static str {
-        if let Some(own) = self.0.get(text) {
-            return own;
-        }
-        let own: &'static str = String::leak(text.to_owned());
-        self.0.insert(own);
-        own
-    }
+pub(crate) struct Parts {
+    pub name: String,
+    pub maker: String,
+    pub protocol: Protocol,
+    pub identity: [Option<u32>; 2],
+    pub rows: Vec<Draft>,
+    pub left_out: usize,
+    pub ignored: Vec<usize>,
 }
 
 /// Reads a file.
@@ -152,10 +127,8 @@ fn text_of(bytes: &[u8]) -> String {
 
 /// The parts of a file with entries.
 fn parts(text: &str) -> Result<Parts, Fault> {
-    let parts = match devicenet::is_devicenet(text) {
-        true => devicenet::parts(text)?,
-        false => canopen::parts(text)?,
-    };
+    let (_, format) = format::of(text).ok_or(Fault::NoEntry)?;
+    let parts = (format.parts)(text)?;
     match parts.rows.len() {
         0 => Err(Fault::NoEntry),
         count if count > MOST => Err(too_many()),
@@ -202,7 +175,7 @@ fn product_name(name: &str) -> String {
     }
 }
 
-fn too_many() -> Fault {
+pub(crate) fn too_many() -> Fault {
     Fault::TooMany(MOST)
 }
 
@@ -266,7 +239,7 @@ fn angles(entries: &[Entry]) -> Vec<Entry> {
 }
 
 /// An entry of a file, before it has its name.
-fn entry(title: &str, address: Address, data_type: DataType) -> Entry {
+pub(crate) fn entry(title: &str, address: Address, data_type: DataType) -> Entry {
     Entry {
         origin: Origin::DataSheet,
         ..fact(&shown(title), address, data_type)
@@ -333,23 +306,17 @@ pub fn check(session: &mut Session, terminal: &mut Terminal) -> Result<(), Error
     }
 }
 
-/// Vendor and product code of a device: object 1018h, or attributes of the identity object.
-fn identity(session: &Session) -> [Entry; 2] {
-    let is_devicenet = crate::master::devicenet::tables(session.sheet.product).is_some();
-    [("vendor", 1, 1), ("product code", 2, 3)].map(|(what, sub, attribute)| match is_devicenet {
-        true => {
-            let address = Address::Attribute {
-                class: 1,
-                instance: 1,
-                attribute,
-            };
-            entry(what, address, DataType::U16)
-        }
-        false => {
-            let address = Address::Object { index: 0x1018, sub };
-            entry(what, address, DataType::U32)
-        }
-    })
+/// Vendor and product code of a device.
+fn identity(session: &Session) -> Vec<Entry> {
+    let format = master::Protocol::of(session.sheet.product)
+        .data_sheet
+        .as_ref();
+    let places = format.map(|format| format.identity);
+    let names = ["vendor", "product code"].into_iter();
+    let places = names.zip(places.into_iter().flatten());
+    places
+        .map(|(what, (address, data_type))| entry(what, address, data_type))
+        .collect()
 }
 
 #[cfg(test)]

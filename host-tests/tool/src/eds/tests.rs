@@ -1,4 +1,5 @@
 use super::*;
+use crate::master::canopen::eds::dcf;
 use crate::sheet::Form;
 use plumbline::model::catalog::find;
 use plumbline::param::Permitted;

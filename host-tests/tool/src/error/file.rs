@@ -148,8 +148,8 @@ texts! {
             "dieses Programm hat {most} verschiedene Datenblätter gelesen, mehr geht nicht: Starten Sie es neu";
         NoDataSheet(product: &'static str) = "{product} has no data sheet: give a sheet of values with article, revision or serial",
             "{product} hat kein Datenblatt: Geben Sie ein Blatt mit Werten an, mit article, revision oder serial";
-        OfDevicenet(product: &'static str) = "it is of a DeviceNet device, but {product} speaks CANopen", "es gehört zu einem DeviceNet-Gerät, {product} spricht aber CANopen";
-        OfCanopen(product: &'static str) = "it is of a CANopen device, but {product} speaks DeviceNet", "es gehört zu einem CANopen-Gerät, {product} spricht aber DeviceNet";
+        OfProtocol(protocol: &'static str, product: &'static str, own: &'static str) = "it is of a {protocol} device, but {product} speaks {own}",
+            "es gehört zu einem {protocol}-Gerät, {product} spricht aber {own}";
         NoIdentity = "it has no identity", "es hat keine Identität";
         NoNumberIn(key: &'static str, text: String, section: &'static str) = "{key} = {text} in [{section}] is no number", "{key} = {text} in [{section}] ist keine Zahl";
         NoNumber(key: &'static str, text: String) = "{key} = {text} is no number", "{key} = {text} ist keine Zahl";

@@ -1,6 +1,6 @@
 //! The master of each protocol, one folder for each.
 //!
-//! CONTRIBUTING lists what else a new protocol touches.
+//! CONTRIBUTING says what a new protocol needs.
 
 pub mod canopen;
 mod command;

@@ -2,6 +2,7 @@
 
 use super::{AddressCommand, NewAddress, PROTOCOLS, Roles, Target};
 use crate::decode::{Decoder, Known};
+use crate::eds::Format;
 use crate::error::{Error, RequestError};
 use crate::link::Link;
 use crate::scan::listen::Frames;
@@ -48,6 +49,8 @@ pub struct Protocol {
     /// The longest time in which a new node checks its address before it answers, if another node acknowledges the check; None: it answers
     /// at once.
     pub(crate) check: Option<Duration>,
+    /// The format of its data sheets.
+    pub(crate) data_sheet: Option<Format>,
     /// How the frames of a bus show its nodes.
     pub(crate) signs: Signs,
 }

@@ -1,8 +1,8 @@
 //! Hostile files: the program reads them with few steps and little memory.
 
-use super::super::ini::Section;
 use super::*;
 use crate::backup::Backup;
+use crate::master::canopen::eds::sections::Section;
 use std::marker::PhantomData;
 
 #[test]

@@ -3,6 +3,7 @@
 pub(crate) mod cob_ids;
 mod cyclic;
 pub(super) mod decode;
+pub mod eds;
 pub(crate) mod error_register;
 pub(crate) mod fit;
 pub(crate) mod identify;
@@ -66,6 +67,7 @@ pub const PROTOCOL: Protocol = Protocol {
     unaddressed: Some(lss::unaddressed),
     decoder: decode::decoder,
     check: None,
+    data_sheet: Some(eds::FORMAT),
     signs: signs::SIGNS,
 };
 

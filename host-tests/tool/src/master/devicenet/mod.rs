@@ -3,6 +3,7 @@
 mod connection;
 mod cyclic;
 mod decode;
+mod eds;
 pub mod explicit;
 mod identify;
 mod identity;
@@ -61,6 +62,7 @@ pub const PROTOCOL: Protocol = Protocol {
     unaddressed: None,
     decoder: decode::decoder,
     check: Some(millis(2500)),
+    data_sheet: Some(eds::FORMAT),
     signs: signs::SIGNS,
 };
 

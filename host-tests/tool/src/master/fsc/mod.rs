@@ -53,6 +53,7 @@ pub const PROTOCOL: Protocol = Protocol {
     unaddressed: None,
     decoder: decode::decoder,
     check: None,
+    data_sheet: None,
     signs: signs::SIGNS,
 };
 

@@ -1,7 +1,7 @@
 //! The sections of a CANopen data sheet, with names in small letters, because they are compared without capitals.
 
-use super::canopen::address;
-use super::{MOST, too_many};
+use super::address;
+use crate::eds::{MOST, number, too_many};
 use crate::error::Fault;
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
@@ -83,24 +83,4 @@ pub fn sections(text: &str) -> Result<(Sections, Vec<usize>), Fault> {
         }
     }
     Ok((sections, ignored))
-}
-
-/// An integer: decimal, hexadecimal with `0x`, octal with a leading 0.
-pub fn number(text: &str) -> Option<i64> {
-    let text = text.trim();
-    let (sign, digits) = match text.strip_prefix('-') {
-        Some(digits) => (-1, digits),
-        None => (1, text),
-    };
-    let small = digits.to_ascii_lowercase();
-    let (radix, digits) = match small.strip_prefix("0x") {
-        Some(digits) => (16, digits),
-        None if small.len() > 1 && small.starts_with('0') => (8, &small[1..]),
-        None => (10, &small[..]),
-    };
-    let is_digit = |letter: char| letter.is_digit(radix);
-    if digits.is_empty() || digits.len() > 16 || !digits.chars().all(is_digit) {
-        return None;
-    }
-    Some(sign * i64::from_str_radix(digits, radix).ok()?)
 }

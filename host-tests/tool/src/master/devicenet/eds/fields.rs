@@ -5,14 +5,14 @@ use std::collections::HashMap;
 use texts::shown;
 
 /// Entries by section and key, both in small letters.
-pub(in crate::eds) type Fields = HashMap<(String, String), Vec<String>>;
+pub(super) type Fields = HashMap<(String, String), Vec<String>>;
 
 /// The entries of a file, and the lines between entries that are none.
 ///
 /// # Errors
 /// One sentence with the line that cannot be read. A missing semicolon would give the next entry to the one before, and a line in an entry
 /// that is no part of it would change one of its values.
-pub(in crate::eds) fn fields(text: &str) -> Result<(Fields, Vec<usize>), Fault> {
+pub(super) fn fields(text: &str) -> Result<(Fields, Vec<usize>), Fault> {
     let mut all = Fields::new();
     let mut ignored = Vec::new();
     let (mut section, mut key) = (String::new(), None);

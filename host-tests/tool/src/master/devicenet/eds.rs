@@ -7,20 +7,20 @@
 //! ```
 
 mod fields;
+mod identity;
 
-pub(super) use fields::fields;
-
-use super::ini::number;
-use super::{Draft, MOST, NO_ARTICLE, NO_PARAMETER, Owner, Parts, entry, too_many};
+use crate::eds::{
+    DECIMALS, Draft, Factor, Format, GREATEST, MOST, NO_ARTICLE, NO_PARAMETER, Parts, Texts, entry,
+    number, too_many,
+};
 use crate::error::Fault;
-use crate::number::Scale;
 use crate::sheet::rows::Row;
 use crate::sheet::{Address, Entry};
-use fields::Fields;
+use fields::{Fields, fields};
 use plumbline::devicenet::{Identity, Roles};
 use plumbline::model::catalog::Protocol;
 use plumbline::model::listing::devicenet::Tables;
-use plumbline::param::{DataType, Meaning, Permitted};
+use plumbline::param::{DataType, Permitted};
 use texts::{SHOWN, shown};
 
 /// The flags of a parameter: its scale can be in other parameters; it can only be read; it is a measured value; the decimals are a part of its
@@ -30,12 +30,25 @@ const READ_ONLY: i64 = 1 << 4;
 const MONITOR: i64 = 1 << 5;
 const PRECISION: i64 = 1 << 6;
 
-/// The greatest factor and the maximum number of decimals of a scale. Others are shown as the numbers of the protocol.
-const GREATEST: i64 = 1_000_000_000;
-const DECIMALS: u8 = 9;
+pub(super) const FORMAT: Format = Format {
+    name: "DeviceNet",
+    is_own: Some(is_devicenet),
+    parts,
+    values: identity::values,
+    identity: [(identity(1), DataType::U16), (identity(3), DataType::U16)],
+};
+
+/// An attribute of the identity object.
+const fn identity(attribute: u8) -> Address {
+    Address::Attribute {
+        class: 1,
+        instance: 1,
+        attribute,
+    }
+}
 
 /// Whether a file has the sections of this format.
-pub(super) fn is_devicenet(text: &str) -> bool {
+fn is_devicenet(text: &str) -> bool {
     text.lines().any(|line| {
         let line = line.trim().to_ascii_lowercase();
         line.starts_with("[params]") || line.starts_with("[device]")
@@ -43,7 +56,7 @@ pub(super) fn is_devicenet(text: &str) -> bool {
 }
 
 /// The parts of the sheet.
-pub(super) fn parts(text: &str) -> Result<Parts, Fault> {
+fn parts(text: &str) -> Result<Parts, Fault> {
     let (fields, ignored) = fields(text)?;
     let device = |key: &str| {
         let fields = fields.get(&("device".to_owned(), key.to_owned()))?;
@@ -85,25 +98,6 @@ pub(super) fn parts(text: &str) -> Result<Parts, Fault> {
         left_out,
         ignored,
     })
-}
-
-/// The texts of a parameter, and its scale.
-pub(super) struct Texts {
-    unit: String,
-    scale: Factor,
-    meanings: Vec<(u32, String)>,
-}
-
-impl Texts {
-    /// Gives them to the entry.
-    pub(super) fn give(self, entry: &mut Entry, owner: &mut Owner) {
-        entry.scale = scale(owner.keep(&self.unit), self.scale);
-        let meanings = self.meanings.iter();
-        let meanings: Vec<Meaning> = meanings
-            .map(|(number, name)| (*number, owner.keep(name)))
-            .collect();
-        entry.meanings = meanings.leak();
-    }
 }
 
 /// A parameter as an entry; None if its type or path is not known.
@@ -198,20 +192,6 @@ fn raw_title(title: &str) -> String {
     format!("{title} (raw)")
 }
 
-/// The factor of a number: multiplier / 10^decimals.
-#[derive(Clone, Copy)]
-struct Factor {
-    multiplier: i64,
-    decimals: u8,
-}
-
-impl Factor {
-    const ONE: Self = Self {
-        multiplier: 1,
-        decimals: 0,
-    };
-}
-
 /// The factor of a parameter: value = (number + offset) x multiplier x base / divisor. None if it has an offset, is no power of ten below,
 /// or depends on other parameters by its links.
 ///
@@ -242,24 +222,6 @@ fn factor(fields: &[String], flags: i64) -> Option<Factor> {
         multiplier,
         decimals,
     })
-}
-
-/// The scale of a number with this factor in a unit, which can begin with a number: `0.001 deg`.
-fn scale(unit: &'static str, factor: Factor) -> Scale {
-    let Factor {
-        multiplier,
-        decimals,
-    } = factor;
-    let scale = Scale::of(unit, decimals);
-    let is_sensible = (1..=GREATEST).contains(&scale.multiplier) && scale.decimals <= DECIMALS;
-    match multiplier {
-        1 if is_sensible => scale,
-        _ => Scale {
-            multiplier,
-            decimals,
-            unit,
-        },
-    }
 }
 
 /// The tables of a device of which only the data sheet is known.

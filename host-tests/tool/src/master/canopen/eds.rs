@@ -1,7 +1,10 @@
 //! The data sheet of a CANopen device (CiA 306): sections with the index of an object, `[2000]`, and its sub-indices, `[1018sub1]`.
 
-use super::ini::{Section, number, sections};
-use super::{Draft, MOST, NO_ARTICLE, NO_PARAMETER, Parts, entry, too_many};
+pub mod dcf;
+mod identity;
+pub(crate) mod sections;
+
+use crate::eds::{Draft, Format, MOST, NO_ARTICLE, NO_PARAMETER, Parts, entry, number, too_many};
 use crate::error::Fault;
 use crate::sheet::rows::{Row, group_of};
 use crate::sheet::{Address, Entry, Form};
@@ -11,6 +14,7 @@ use plumbline::canopen::emcy::FaultBit;
 use plumbline::model::catalog::Protocol;
 use plumbline::model::listing::canopen::Tables;
 use plumbline::param::{DataType, Permitted};
+use sections::{Section, sections};
 use std::collections::{BTreeMap, HashMap};
 use texts::shown;
 
@@ -47,8 +51,31 @@ const fn service(index: u16, service: Service) -> Object {
     }
 }
 
+pub(super) const FORMAT: Format = Format {
+    name: "CANopen",
+    is_own: None,
+    parts,
+    values: identity::values,
+    identity: [
+        (
+            Address::Object {
+                index: 0x1018,
+                sub: 1,
+            },
+            DataType::U32,
+        ),
+        (
+            Address::Object {
+                index: 0x1018,
+                sub: 2,
+            },
+            DataType::U32,
+        ),
+    ],
+};
+
 /// The parts of the sheet.
-pub(super) fn parts(text: &str) -> Result<Parts, Fault> {
+fn parts(text: &str) -> Result<Parts, Fault> {
     let (sections, ignored) = sections(text)?;
     let none = Section::default();
     let info = sections.get("deviceinfo").unwrap_or(&none);

@@ -1,6 +1,6 @@
 //! The Device Configuration File (DCF, CiA 306): the data sheet with the value of each setting, for other CANopen tools.
 
-use super::canopen::address;
+use super::address;
 use crate::sheet::{Address, Entry};
 use plumbline::can::BitRate;
 use plumbline::param::DataType;
