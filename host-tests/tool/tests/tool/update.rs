@@ -46,6 +46,11 @@ pub fn elf(name: &str) -> &'static [u8] {
     files.get(name).expect("an image of this name")
 }
 
+/// The bootloader that checks signatures, without a key.
+pub fn signed_bootloader() -> Image {
+    Image::parse(elf(SIGNED)).unwrap()
+}
+
 /// A folder of a test with the image file of a program that is newer by this number of versions, or older.
 pub struct Files {
     folder: PathBuf,
@@ -111,7 +116,7 @@ pub fn rig(product: &str) -> Rig {
 }
 
 /// The same with this bootloader.
-fn rig_behind(bootloader: &Image, product: &str) -> Rig {
+pub fn rig_behind(bootloader: &Image, product: &str) -> Rig {
     let mut rig = Rig::new(BusRate::Fixed(BitRate::K500));
     (rig.rate, rig.says_yes) = (Some("500"), true);
     attach_behind(&mut rig, bootloader, product, SERIAL);
@@ -382,8 +387,7 @@ fn sensor_with_a_key_takes_only_a_signed_file_and_another_one_no_signed_file() {
     let signed = files.folder.join("signed.plu");
     fs::write(&signed, image.signed(&mut key).unwrap().bytes).unwrap();
     let line = |file: &Path| line("--node 10", file, "");
-    let bootloader = Image::parse(elf(SIGNED)).unwrap();
-    let bootloader = bootloader.with_key(&key.public()).unwrap();
+    let bootloader = signed_bootloader().with_key(&key.public()).unwrap();
     let mut rig = rig_behind(&bootloader, "jn2101");
     let (code, error) = rig.fails(&line(&unsigned));
     assert_eq!((code, &*error), (1, "unsigned-image"));

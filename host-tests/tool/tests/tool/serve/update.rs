@@ -1,5 +1,7 @@
 //! Another program for a sensor, by the requests of the page, on the simulated microcontroller.
 
+mod sensors;
+
 use crate::bus::rig::Rig;
 use crate::serve::client::Running;
 use crate::serve::hooked::{Hook, Hooked, Received};
@@ -49,10 +51,15 @@ impl Hook for Plugged {
 fn server() -> (Running, Arc<AtomicI64>) {
     // Here, because the build of the images can last longer than a request.
     elf("bootloader");
+    server_at(|| rig("jn2101"))
+}
+
+/// The same with the sensors of a bus.
+fn server_at(bus: impl Fn() -> Rig + Send + 'static) -> (Running, Arc<AtomicI64>) {
     let left = Arc::new(AtomicI64::new(-1));
     let own = left.clone();
     let server = Running::with(Box::new(move |_| {
-        let rig = rig("jn2101");
+        let rig = bus();
         let adapter = BenchAdapter::new(&rig.bus);
         let left = own.clone();
         Ok(Hooked::new(adapter, Plugged { _rig: rig, left }))

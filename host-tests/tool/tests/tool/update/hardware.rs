@@ -4,7 +4,6 @@ use super::{Files, line, rig};
 use plumbline::can::Frame;
 use plumbline::update::layout::{BLUEPILL, NUCLEO_F103RB};
 use plumbline::update::{Element, Layout};
-use std::path::Path;
 
 /// A product of each protocol, its address, and its request to stop the program.
 const PRODUCTS: [(&str, &str, &[u8]); 3] = [
