@@ -1,4 +1,4 @@
-//! The rise time of the TILTIX with the clock of the accelerometer.
+//! The TILTIX: its rise time with the clock of the accelerometer, and its terminating resistor.
 
 use crate::rig::{blank, part, tilt};
 use bench::{AdapterId, Bus, BusRate, DeviceId};
@@ -6,6 +6,7 @@ use host_tests::effort;
 use host_tests::rise_time::{FILTERS, Filter, check, rise_time};
 use plumbline::can::{Frame, standard};
 use plumbline::time::{after, millis};
+use stm32_sim::Microcontroller;
 
 /// A sensor at rest that is on-line with its factory MAC ID 63, and a master.
 pub struct Bench {
@@ -28,6 +29,10 @@ impl Bench {
         };
         bench.check_duplicate("5FF#00620101000000");
         bench
+    }
+
+    fn chip(&self) -> &Microcontroller {
+        Microcontroller::of(self.bus.device(self.sensor)).expect("a simulated microcontroller")
     }
 
     /// Both requests of the duplicate MAC ID check.
@@ -80,4 +85,25 @@ fn rise_time_of_the_image_does_not_depend_on_the_clock_of_the_accelerometer() {
             check(*filter, of_image(*filter, clock));
         }
     }
+}
+
+/// 3.5 and 5.1.2: attribute 87h switches the resistor, which works only while the sensor has power.
+#[test]
+fn terminating_resistor_follows_its_attribute_and_is_off_without_power() {
+    let mut bench = Bench::new("tiltix080", 0.0, 0.0);
+    bench.allocate();
+    assert!(!bench.chip().terminated(), "off at the factory");
+    for on in [true, false, true] {
+        let set = [0x10, 0x65, 1, 0x87, on.into()];
+        assert_eq!(bench.ask(&set), "5FB#0A90");
+        assert_eq!(bench.chip().terminated(), on);
+    }
+    // The attribute is stored within a second.
+    bench.wait(1000);
+    let now = bench.bus.now();
+    bench.bus.device_mut(bench.sensor).power_off(now);
+    assert!(!bench.chip().terminated());
+    bench.bus.power_cycle(bench.sensor);
+    bench.wait(500);
+    assert!(bench.chip().terminated(), "stored");
 }
