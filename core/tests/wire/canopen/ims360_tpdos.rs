@@ -46,6 +46,39 @@ fn each_mappable_object_is_sent_as_sdo_reads_it() {
     }
 }
 
+/// 6.1.3 prints the four data bytes of each frame. The number of objects is UNSIGNED8 (7.2.18), the event timer UNSIGNED16 (7.2.14).
+#[test]
+fn printed_steps_without_an_indicated_size_map_the_angular_rates() {
+    let mut t = moving();
+    for step in [
+        "011801B2010080",
+        "011A0000000000",
+        "011A0110012030",
+        "011A0210022030",
+        "011A0310032030",
+        "011A0003000000",
+        "011801B2010000",
+        "01180564000000",
+    ] {
+        let written = t.sdo(&format!("22{step}"));
+        assert_eq!(written, format!("60{}00000000", &step[..6]));
+    }
+    t.send("000#0132");
+    let rates: String = [1, 2, 3]
+        .map(|sub| (t.read(0x3020, sub).unwrap() as u16).to_le_bytes())
+        .concat()
+        .iter()
+        .map(|byte| format!("{byte:02X}"))
+        .collect();
+    assert_eq!(t.wait_text(100), [(100, format!("1B2#{rates}"))]);
+    // With four indicated bytes, the length is wrong (CiA 301).
+    for step in ["011A0003000000", "01180564000000"] {
+        let refused = t.sdo(&format!("23{step}"));
+        assert_eq!(refused, format!("80{}12000706", &step[..6]));
+    }
+    assert_eq!((t.read(0x1A01, 0), t.read(0x1801, 5)), (Ok(3), Ok(100)));
+}
+
 #[test]
 fn no_other_object_of_the_dictionary_can_be_mapped() {
     let mut t = booted();
