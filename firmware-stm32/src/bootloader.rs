@@ -31,15 +31,15 @@ use cortex_m::peripheral::{SCB, SYST};
 use pages::{DOWNLOAD, Download, PROGRAM, Running};
 use plumbline::can::{BitRate, CanId};
 use plumbline::node::Leds;
-use plumbline::time::{Duration, Instant, after, millis, reached};
+use plumbline::time::{Instant, after, millis};
 use plumbline::update::{Device, Program, Record, Update, UpdateServer, install};
 
 /// The identifiers without a boot record: those of node 127.
 const REQUEST: CanId = CanId::standard(0x67F);
 const REPLY: CanId = CanId::standard(0x5FF);
 
-/// The time that it listens at a bit rate: ten frames at 10 kbit/s.
-const LISTENING: Duration = millis(150);
+/// The milliseconds in which it listens at a bit rate: ten frames at 10 kbit/s.
+const LISTENING: u32 = 150;
 
 /// Starts the program, or updates it.
 ///
@@ -87,7 +87,8 @@ fn update(mut board: Basis, slot: Download, program: Program, record: Option<Rec
         record.map_or((REQUEST, REPLY), |known| (known.request(), known.reply()));
     let mut update = Update::new(slot, program, device, record);
     let mut server = UpdateServer::new();
-    let mut clock = Clock::start(board.systick);
+    start_timer(&mut board.systick);
+    let mut now = Instant::from_ticks(0);
     let mut can = Can(board.can);
     let mut search = match record {
         Some(record) => {
@@ -98,27 +99,36 @@ fn update(mut board: Basis, slot: Download, program: Program, record: Option<Rec
         None => Some(Search::start(&mut can)),
     };
     loop {
+        // Until the next frame or millisecond nothing changes.
+        let has_ticked = loop {
+            let has_ticked = board.systick.has_wrapped();
+            if has_ticked | can.has_received() {
+                break has_ticked;
+            }
+        };
         board.watchdog.feed();
-        let now = clock.now();
+        // Before the next answer: a client that asks without a pause would delay it.
+        if can.is_idle() && update.take_restart() {
+            SCB::sys_reset();
+        }
+        if has_ticked {
+            now = after(now, millis(1));
+            if let Some(search) = &mut search {
+                search.tick(&mut can);
+            }
+        }
         let received = can.receive();
-        if let Some(rate) = search
-            .as_mut()
-            .and_then(|search| search.step(&mut can, now, &received))
+        if received.is_some()
+            && let Some(search) = search.take()
         {
-            search = None;
-            can.join(rate, Some(request));
+            can.join(search.rate(), Some(request));
         }
         let answer = match received {
-            Some(Request { id, data }) if id == request && search.is_none() => {
-                server.serve(&mut update, now, data)
-            }
+            Some(Request { id, data }) if id == request => server.serve(&mut update, now, data),
             _ => server.poll(now),
         };
         if let Some(bytes) = answer {
             can.send(reply, bytes, 8);
-        }
-        if can.is_idle() && update.take_restart() {
-            SCB::sys_reset();
         }
         board.leds.show(Leds {
             run: true,
@@ -143,14 +153,15 @@ fn start() -> ! {
 /// The search for the bit rate: a silent controller at each one in turn.
 struct Search {
     place: usize,
-    until: Instant,
+    /// The milliseconds that are left at this bit rate.
+    left: u32,
 }
 
 impl Search {
     fn start(can: &mut Can) -> Self {
         let search = Self {
             place: 0,
-            until: after(Instant::from_ticks(0), LISTENING),
+            left: LISTENING,
         };
         can.listen(search.rate());
         search
@@ -160,42 +171,21 @@ impl Search {
         *BitRate::ALL.get(self.place).unwrap_or(&BitRate::K250)
     }
 
-    /// Returns the bit rate when it has received a frame.
-    fn step(&mut self, can: &mut Can, now: Instant, received: &Option<Request>) -> Option<BitRate> {
-        if received.is_some() {
-            return Some(self.rate());
-        }
-        if reached(now, self.until) {
+    /// Goes on to the next bit rate in time. Called each millisecond.
+    fn tick(&mut self, can: &mut Can) {
+        self.left -= 1;
+        if self.left == 0 {
             self.place = (self.place + 1) % BitRate::ALL.len();
-            self.until = after(now, LISTENING);
+            self.left = LISTENING;
             can.listen(self.rate());
         }
-        None
     }
 }
 
-/// The time since the start, in milliseconds. It stands still during an operation of the flash.
-struct Clock {
-    timer: SYST,
-    now: Instant,
-}
-
-impl Clock {
-    fn start(mut timer: SYST) -> Self {
-        timer.set_clock_source(SystClkSource::Core);
-        timer.set_reload(crate::board::CORE_CLOCK / 1000 - 1);
-        timer.clear_current();
-        timer.enable_counter();
-        Self {
-            timer,
-            now: Instant::from_ticks(0),
-        }
-    }
-
-    fn now(&mut self) -> Instant {
-        if self.timer.has_wrapped() {
-            self.now = after(self.now, millis(1));
-        }
-        self.now
-    }
+/// Starts the timer of the milliseconds. It stands still during an operation of the flash.
+fn start_timer(timer: &mut SYST) {
+    timer.set_clock_source(SystClkSource::Core);
+    timer.set_reload(crate::board::CORE_CLOCK / 1000 - 1);
+    timer.clear_current();
+    timer.enable_counter();
 }

@@ -92,8 +92,8 @@ pub fn set_alarm(time: Instant) {
     }
 }
 
-#[cortex_m_rt::exception]
-fn SysTick() {
+/// The interrupt of SysTick, which [`firmware`](crate::firmware) defines: the bootloader has none.
+pub fn on_tick() {
     if add_millisecond() {
         sleep::wake();
     }

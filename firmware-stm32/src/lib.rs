@@ -190,6 +190,13 @@ macro_rules! firmware {
             unsafe { LINK.on_transmitted() };
         }
 
+        /// The interrupt of the clock.
+        #[cfg(target_os = "none")]
+        #[unsafe(no_mangle)]
+        extern "C" fn SysTick() {
+            $crate::clock::on_tick();
+        }
+
         /// Without the script `link.x`, the entry point is `_start`, and the linker reports that this function does not exist. With the
         /// script, the program does not contain `_start`.
         #[cfg(target_os = "none")]

@@ -61,12 +61,17 @@ impl Can {
         }
     }
 
+    /// Whether a frame waits.
+    pub fn has_received(&self) -> bool {
+        self.0.rfr(0).read().bits() & FMP != 0
+    }
+
     /// The next frame with eight bytes.
     pub fn receive(&mut self) -> Option<Request> {
-        let can = &self.0;
-        if can.rfr(0).read().bits() & FMP == 0 {
+        if !self.has_received() {
             return None;
         }
+        let can = &self.0;
         let mailbox = can.rx(0);
         let (head, length) = (
             mailbox.rir().read().bits(),

@@ -56,6 +56,14 @@ impl BxCan {
         Ok(value | reserved)
     }
 
+    /// True when the register keeps its value without an access or an event. Only known of CAN_RFxR.
+    pub fn is_constant(&self, offset: u32) -> bool {
+        match Register::at(offset) {
+            Some(Register::ReceiveFifo(fifo)) => self.state.fifos[fifo].next_event().is_none(),
+            _ => false,
+        }
+    }
+
     /// Writes the register at an offset from the peripheral's base.
     ///
     /// # Errors

@@ -273,6 +273,7 @@ impl Io for Peripherals {
                 Some(update.map_or(u64::MAX, |time| self.rcc.timebase().cycle_at(time)))
             }
             Module::Spi => self.spi.constant_until(offset),
+            Module::Can => self.can.is_constant(offset).then_some(u64::MAX),
             _ => None,
         }
     }
