@@ -133,6 +133,8 @@ impl KeyFile {
     pub fn open(path: &Path) -> Result<Self, Error> {
         let name = path.display().to_string();
         let unread = |error: std::io::Error| FileError::KeyUnread(name.clone(), error.to_string());
+        // The first read of a pipe would wait without end.
+        bench::file::open(path).map_err(|error| unread(error.into()))?;
         let mut options = OpenOptions::new();
         let mut file = options.read(true).append(true).open(path).map_err(unread)?;
         file.lock().map_err(unread)?;

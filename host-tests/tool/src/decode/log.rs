@@ -2,11 +2,11 @@
 
 use crate::error::{Error, FileError};
 use crate::output::Terminal;
+use bench::file::open;
 use can_wire::text::parse;
 use plumbline::can::Frame;
 use serde_json::Value;
 use std::fmt::{self, Display, Formatter};
-use std::fs::File;
 use std::io::{self, BufRead, BufReader, stdin};
 use std::path::Path;
 
@@ -91,11 +91,12 @@ pub fn each(path: &Path, terminal: &mut Terminal, take: Take) -> Result<u64, Err
     if path == Path::new(INPUT) {
         return each_of(&mut stdin().lock(), &name, terminal, take);
     }
-    let file = File::open(path).map_err(|error| unread(&name, &error))?;
+    // Programs read a log twice, and a pipe has it once: standard input is the path for a pipe.
+    let file = open(path).map_err(|error| unread(&name, &error))?;
     each_of(&mut BufReader::new(file), &name, terminal, take)
 }
 
-fn unread(name: &str, error: &io::Error) -> FileError {
+fn unread(name: &str, error: &dyn Display) -> FileError {
     FileError::LogUnread(name.to_owned(), error.to_string())
 }
 

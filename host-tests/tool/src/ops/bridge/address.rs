@@ -2,6 +2,7 @@
 
 use crate::backup::{Unread, read_text};
 use crate::error::{BrokerError, Error, Fault};
+use bench::file::{LONGEST_TEXT, read};
 use rumqttc::Transport;
 use rustls::crypto::ring;
 use rustls::pki_types::pem::PemObject;
@@ -143,8 +144,8 @@ pub fn transport(address: &Address, files: Files) -> Result<Transport, Error> {
     let config = match files.own {
         Some((certificate, key)) => {
             let chain = certificates(certificate)?;
-            let read = std::fs::read(key).map_err(|error| unread(key, &error))?;
-            let private = PrivateKeyDer::from_pem_slice(&read);
+            let bytes = read(key, LONGEST_TEXT).map_err(|error| unread(key, &error))?;
+            let private = PrivateKeyDer::from_pem_slice(&bytes);
             let private = private.map_err(|error| unfit(key, &error))?;
             builder
                 .with_client_auth_cert(chain, private)
@@ -156,7 +157,7 @@ pub fn transport(address: &Address, files: Files) -> Result<Transport, Error> {
     Ok(Transport::Tls(config))
 }
 
-fn unread(path: &Path, error: &std::io::Error) -> Error {
+fn unread(path: &Path, error: &dyn Display) -> Error {
     BrokerError::Unread(path.display().to_string(), error.to_string()).into()
 }
 
@@ -166,7 +167,7 @@ fn unfit(path: &Path, error: &dyn Display) -> Error {
 
 /// The certificates of a file, at least one.
 fn certificates(path: &Path) -> Result<Vec<CertificateDer<'static>>, Error> {
-    let bytes = std::fs::read(path).map_err(|error| unread(path, &error))?;
+    let bytes = read(path, LONGEST_TEXT).map_err(|error| unread(path, &error))?;
     let all = CertificateDer::pem_slice_iter(&bytes).collect::<Result<Vec<_>, _>>();
     let all = all.map_err(|error| unfit(path, &error))?;
     match all.is_empty() {
@@ -188,6 +189,25 @@ mod tests {
             ("mqtts://[fe80::1]:99", "mqtts://[fe80::1]:99"),
         ] {
             assert_eq!(Address::parse(url).unwrap().to_string(), shown);
+        }
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn certificate_that_is_no_regular_file_is_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        let pipe = folder.path().join("pipe");
+        let made = std::process::Command::new("mkfifo").arg(&pipe).status();
+        assert!(made.unwrap().success());
+        let address = Address::parse("mqtts://broker").unwrap();
+        for path in [&pipe, Path::new("/dev/zero")] {
+            let ca = Files {
+                ca: Some(path),
+                own: None,
+            };
+            let error = transport(&address, ca).err().unwrap();
+            let text = error.to_string();
+            assert!(text.contains("not a regular file"), "{text}");
         }
     }
 

@@ -420,3 +420,20 @@ fn random_frames_of_all_lengths_are_decoded_without_a_panic() {
     }
     assert!(known > 10_000, "{known}");
 }
+
+/// The first reading would take what is in a pipe, and the second one would wait without end.
+#[cfg(unix)]
+#[test]
+fn log_that_is_no_regular_file_is_refused_at_once() {
+    let pipe = file("pipe.log");
+    let made = std::process::Command::new("mkfifo").arg(&pipe).status();
+    assert!(made.unwrap().success());
+    let pipe = pipe.display().to_string();
+    for path in ["/dev/zero", &pipe] {
+        for command in ["decode", "replay"] {
+            let ended = Rig::with("is2").tool(&format!("{command} {path}"));
+            let refused = ended.notes.contains("not a regular file");
+            assert!(ended.code == 4 && refused, "{command} {path}: {ended:?}");
+        }
+    }
+}
