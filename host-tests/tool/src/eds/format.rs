@@ -17,10 +17,13 @@ pub struct Format {
     /// The parts of the sheet.
     pub(crate) parts: fn(&str) -> Result<Parts, Fault>,
     /// The identity of a unit, by the keys of its sheet of values.
-    pub(crate) values: fn(&str) -> Result<Vec<(&'static str, Value)>, Fault>,
+    pub(crate) values: fn(&str) -> Result<Values, Fault>,
     /// Where a device tells its vendor and its product code.
     pub(crate) identity: [(Address, DataType); 2],
 }
+
+/// Values by the keys of a sheet of values.
+pub(crate) type Values = Vec<(&'static str, Value)>;
 
 /// The protocol and the format of a text.
 pub(super) fn of(text: &str) -> Option<(&'static Protocol, &'static Format)> {

@@ -12,7 +12,7 @@ mod format;
 pub mod identity;
 
 pub(crate) use draft::{DECIMALS, Draft, Factor, GREATEST, Texts};
-pub(crate) use format::{Format, number};
+pub(crate) use format::{Format, Values, number};
 
 use crate::backup::{Unread, read_file};
 use crate::error::{Error, Fault, FileError, RequestError};

@@ -1,12 +1,12 @@
 //! The identity of a unit in its data sheet (EDS), or in a configuration file (DCF), which also has the serial number.
 
 use super::sections;
-use crate::eds::number as integer;
+use crate::eds::{Values, number as integer};
 use crate::error::Fault;
 use descriptors::unit::Value;
 
 /// The identity, by the keys of a sheet of values.
-pub(super) fn values(text: &str) -> Result<Vec<(&'static str, Value)>, Fault> {
+pub(super) fn values(text: &str) -> Result<Values, Fault> {
     let (sections, _) = sections(text)?;
     let entry = |section: &str, key: &str| sections.get(section)?.get(key);
     let number = |section: &'static str, key: &'static str| {

@@ -1,12 +1,12 @@
 //! The identity of a device in its data sheet (EDS).
 
 use super::fields;
-use crate::eds::number;
+use crate::eds::{Values, number};
 use crate::error::Fault;
 use descriptors::unit::Value;
 
 /// The identity, by the keys of a sheet of values.
-pub(super) fn values(text: &str) -> Result<Vec<(&'static str, Value)>, Fault> {
+pub(super) fn values(text: &str) -> Result<Values, Fault> {
     let (fields, _) = fields(text)?;
     let entry = |key: &str| {
         let fields = fields.get(&("device".to_owned(), key.to_owned()))?;
