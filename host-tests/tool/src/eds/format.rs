@@ -7,6 +7,9 @@ use crate::sheet::Address;
 use descriptors::unit::Value;
 use plumbline::param::DataType;
 
+/// Values by the keys of their sheet.
+type Values = Vec<(&'static str, Value)>;
+
 /// The format of the data sheets of a protocol.
 #[derive(Debug)]
 pub struct Format {
