@@ -136,6 +136,7 @@ impl Bus {
             return false;
         }
         self.setup.refilter(&self.can.instance().0, filters);
+        self.inspection = clock::now();
         true
     }
 

@@ -67,15 +67,16 @@ impl Guard {
         if !is_consistent {
             restart("the number of attempts to send");
         }
-        let address = link.with(|link| link.parts().0.address());
-        let address = address.map(|address| (address, bus.check_value()));
-        if let (Some((old, before)), Some((new, after))) = (self.address, address)
-            && old != new
-            && before == after
-        {
-            restart("the address");
+        if let Some(new) = link.with(|link| link.parts().0.address()) {
+            let after = bus.check_value();
+            if self
+                .address
+                .is_some_and(|(old, before)| old != new && before == after)
+            {
+                restart("the address");
+            }
+            self.address = Some((new, after));
         }
-        self.address = address;
         let serves = match bus.serving() {
             Some(mode) => link.with(|link| link.serves(mode)),
             None => true,

@@ -139,6 +139,8 @@ impl Bus {
                 Change::Joining { .. } => {
                     if status.inak().bit_is_clear() && status.slak().bit_is_clear() {
                         self.change = Change::Done;
+                        // The guard notes the address of the node with its filters.
+                        self.inspection = clock::now();
                     } else {
                         self.wait();
                     }

@@ -48,11 +48,15 @@ fn has_inclination(frames: &[Frame]) -> bool {
     own.any(|frame| frame.bytes().first() == Some(&fsc::INCLINATION))
 }
 
-/// Waits until a restart by an earlier bit is over: 0.1 s after it, the firmware notes the address with which it compares later.
+/// Waits until a restart by an earlier bit is over: the firmware compares with an address that it notes after the start, 0.35 s later.
 fn settle(rig: &mut Rig) {
-    let mut starts = None;
-    while starts.replace(rig.device().boots()) != Some(rig.device().boots()) {
+    loop {
+        let starts = rig.device().boots();
         rig.run(107);
+        if rig.device().boots() == starts {
+            return;
+        }
+        rig.run(500);
     }
 }
 
@@ -87,6 +91,26 @@ pub fn inverted_bit_of_a_static_variable_leaves_no_mute_sensor() {
             .name_of(place.0)
             .map(|it| format!("{}+{}", it.0, it.1));
         assert_answers(&mut rig, &format!("{name:?}, bit {}", place.1));
+    }
+    std::mem::forget(rig);
+}
+
+/// The firmware notes the address 5 ms after it has joined the bus, and compares it ten times a second.
+#[test]
+pub fn inverted_bit_of_the_address_after_a_start_leaves_no_mute_sensor() {
+    let mut rig = running();
+    let node = variable(&rig, "::NODE").start;
+    // Bit 30 of the identifier of the replies: a remote frame. Bits of the one of the requests.
+    let places = [(node + 39, 6), (node + 35, 5), (node + 34, 3)];
+    for wait in (6..112).step_by(15) {
+        for place in places {
+            rig.power_cycle();
+            rig.frames();
+            rig.boot_up();
+            rig.run(wait);
+            invert(&mut rig, place);
+            assert_answers(&mut rig, &format!("{place:?} after {wait} ms"));
+        }
     }
     std::mem::forget(rig);
 }
