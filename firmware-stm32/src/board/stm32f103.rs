@@ -15,6 +15,9 @@
 mod adc;
 mod configuration;
 mod flash;
+// The bootloader with signatures has no room for it.
+#[cfg(not(feature = "signature"))]
+mod memory;
 mod vectors;
 
 pub use adc::{start_adc, supply};

@@ -26,6 +26,9 @@ const OPTKEYR: u32 = 0x08;
 const SR: u32 = 0x0C;
 const CR: u32 = 0x10;
 
+/// WRPRTERR of FLASH_SR (STM32F446: WRPERR).
+const PROTECTION_ERROR: u32 = 1 << 4;
+
 /// The flash interface and the parameter pages.
 #[derive(Debug)]
 pub struct FlashInterface {
@@ -54,6 +57,8 @@ pub struct FlashInterface {
     lock_reads: bool,
     /// The memory has the wait states of FLASH_ACR.
     waits: bool,
+    /// The option bytes protect the parameter pages against writes.
+    protected: bool,
 }
 
 impl FlashInterface {
@@ -88,6 +93,7 @@ impl FlashInterface {
             times: Times::typical(chip),
             lock_reads: true,
             waits: true,
+            protected: false,
         }
     }
 
@@ -105,8 +111,23 @@ impl FlashInterface {
             times: self.times,
             lock_reads: self.lock_reads,
             waits: self.waits,
+            protected: self.protected,
             ..Self::new(self.board, memory)
         };
+    }
+
+    /// Sets or clears the write protection of the parameter pages in the option bytes.
+    pub fn protect_parameters(&mut self, protected: bool) {
+        self.protected = protected;
+    }
+
+    /// Refuses an operation on a protected page (PM0075, 2.4.2; RM0390, 3.6.4): it has no effect but its error flag.
+    fn is_refused(&mut self, address: u32) -> bool {
+        let refused = self.protected && self.board.facts().parameters.contains(&address);
+        if refused {
+            self.errors |= PROTECTION_ERROR;
+        }
+        refused
     }
 
     /// The memory with the records of the firmware.
@@ -304,6 +325,9 @@ impl FlashInterface {
             );
             return Ok(());
         }
+        if self.is_refused(address) {
+            return Ok(());
+        }
         let duration = self.times.program;
         self.check_supply(now, duration, violations);
         let Some((memory, at)) = self.area(address) else {
@@ -329,6 +353,9 @@ impl FlashInterface {
     fn erase_page(&mut self, now: Picoseconds, address: u32, violations: &mut Violations) -> bool {
         if self.area(address).is_none() {
             return false;
+        }
+        if self.is_refused(address) {
+            return true;
         }
         let times = match self.board.facts().parameters.contains(&address) {
             true => self.times.erase,

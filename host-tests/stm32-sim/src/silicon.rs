@@ -13,6 +13,7 @@
 use super::board::Board;
 use super::bxcan;
 use super::chip::Chip;
+use super::cortex_m::MemorySizes;
 
 /// CPUID of a Cortex-M3 r2p1.
 const M3_R2P1: u32 = 0x412F_C231;
@@ -43,8 +44,8 @@ pub struct Silicon {
     pub debug_writes: bool,
     /// The flash has the wait states of FLASH_ACR; otherwise none.
     pub waits: bool,
-    /// The flash in bytes. The electronic signature contains the size that the data sheet states.
-    pub flash: usize,
+    /// Flash and RAM. The electronic signature contains the size of the flash that the data sheet states.
+    pub memories: MemorySizes,
 }
 
 impl Silicon {
@@ -63,7 +64,7 @@ impl Silicon {
             debug_reads: chip == Chip::F446,
             debug_writes: chip == Chip::F446,
             waits: true,
-            flash: board.facts().flash,
+            memories: board.memory(),
         }
     }
 
@@ -80,7 +81,10 @@ impl Silicon {
             debug_reads: true,
             debug_writes: true,
             waits: false,
-            flash: 2 * genuine.flash,
+            memories: MemorySizes {
+                flash: 2 * genuine.memories.flash,
+                ..genuine.memories
+            },
             ..genuine
         }
     }

@@ -48,6 +48,7 @@ mod jn2101;
 mod joining;
 mod load;
 mod memory;
+mod memory_sizes;
 mod probe;
 mod ram;
 mod sensing;

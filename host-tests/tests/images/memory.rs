@@ -153,6 +153,31 @@ pub fn broken_flash_sets_cmd_param_error_and_eeprom_error() {
     assert_eq!(rig.read_time(), 777);
 }
 
+/// As on a second-hand board: option bytes of another program.
+#[test]
+pub fn save_to_write_protected_pages_is_an_error_and_keeps_the_stored_parameters() {
+    let mut rig = Rig::booted("is2", RATE);
+    rig.write_time(250);
+    rig.save();
+    let stored = rig.flash().bytes().to_vec();
+    rig.io().0.flash.protect_parameters(true);
+    for _ in 0..2 {
+        rig.write_time(777);
+        let errors = status::CMD_PARAM_ERROR | status::EEPROM_ERROR;
+        assert_eq!(rig.request(&fsc::SAVE), [fsc::SAVE[0], errors]);
+        assert_eq!(rig.flash().bytes(), stored);
+        rig.power_cycle();
+        rig.boot_up();
+        assert_eq!(rig.read_time(), 250);
+    }
+    rig.io().0.flash.protect_parameters(false);
+    rig.write_time(777);
+    rig.save();
+    rig.power_cycle();
+    rig.boot_up();
+    assert_eq!(rig.read_time(), 777);
+}
+
 #[test]
 pub fn erase_of_a_page_loses_only_frames_beyond_the_fifo() {
     for times in [Times::shortest(chip()), Times::longest(chip())] {

@@ -74,6 +74,7 @@ also! {
         power_cut_in_a_save_that_erases_keeps_the_old_or_the_new_parameters,
         saves_work_across_page_changes_with_any_times_of_the_flash,
         broken_flash_sets_cmd_param_error_and_eeprom_error,
+        save_to_write_protected_pages_is_an_error_and_keeps_the_stored_parameters,
         erase_of_a_page_loses_only_frames_beyond_the_fifo;
     probe:
         probe_reads_log_and_programs_sleeping_sensor_twice,

@@ -48,6 +48,9 @@ also! {
     memory:
         saves_work_across_page_changes_with_any_times_of_the_flash,
         broken_flash_sets_cmd_param_error_and_eeprom_error;
+    memory_sizes:
+        too_small_ram_is_shown_by_run_and_error_led,
+        too_small_flash_is_shown_by_run_and_error_led;
     probe:
         probe_reads_log_and_programs_sleeping_sensor_twice;
     sensing:

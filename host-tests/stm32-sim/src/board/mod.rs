@@ -144,6 +144,7 @@ impl Board {
         MemorySizes {
             flash: self.facts().flash,
             ram: self.chip().facts().ram,
+            ram_repeats: false,
         }
     }
 

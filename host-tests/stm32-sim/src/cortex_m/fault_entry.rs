@@ -87,6 +87,24 @@ impl CortexM3 {
         true
     }
 
+    /// Ignores the bus fault of a load or store at priority -1 or -2 while CCR.BFHFNMIGN is set (PM0056 4.4.7): the status is set, and the
+    /// program continues behind the instruction. The loaded value is undefined on the chip; here the register keeps its value. A store is only
+    /// ignored by the chip if its fault is precise.
+    pub(super) fn ignore_fault(&mut self, fault: &Fault) -> bool {
+        let ignores = self.system.ignores_bus_faults()
+            && self.exceptions.execution_priority(&self.registers, true) < 0;
+        let bits = match fault.status() {
+            Some((BUS_FAULT, bits)) if ignores && bits & PRECISE_BUS_ERROR != 0 => bits,
+            _ => return false,
+        };
+        self.faults.configurable |= bits;
+        self.faults.bus_address = fault.address;
+        let first = self.memory.read(fault.pc).map_or(0, u16::from_le_bytes);
+        // Instructions of 32 bits begin with 11101, 11110 or 11111.
+        self.next = fault.pc + if first >= 0xE800 { 4 } else { 2 };
+        true
+    }
+
     /// True after a fault in the handler of HardFault or NMI: only a reset ends this state.
     pub fn is_locked_up(&self) -> bool {
         self.locked_up

@@ -16,6 +16,8 @@ pub struct MemorySizes {
     pub flash: usize,
     /// RAM: at most 128 KiB.
     pub ram: usize,
+    /// The RAM appears again behind its end; otherwise an access there is a bus fault.
+    pub ram_repeats: bool,
 }
 
 /// The content of RAM after power-up, which is undefined on the chip: neither zero nor an initial value of a variable.
@@ -36,6 +38,7 @@ pub const fn flash_offset(address: u32) -> Option<usize> {
 pub struct Memory {
     flash: Box<[u8]>,
     ram: Box<[u8]>,
+    ram_repeats: bool,
 }
 
 impl Memory {
@@ -44,12 +47,8 @@ impl Memory {
         Self {
             flash: vec![0xFF; sizes.flash].into(),
             ram: vec![0; sizes.ram].into(),
+            ram_repeats: sizes.ram_repeats,
         }
-    }
-
-    /// Replaces the flash by an erased one of this size.
-    pub fn set_flash(&mut self, size: usize) {
-        self.flash = vec![0xFF; size].into();
     }
 
     /// True for an address in flash, also in the alias at 0.
@@ -72,7 +71,8 @@ impl Memory {
     pub fn read<const COUNT: usize>(&self, address: u32) -> Option<[u8; COUNT]> {
         let offset = address.wrapping_sub(RAM_START) as usize;
         if offset < LARGEST_RAM {
-            return self.ram.get(offset..)?.first_chunk().copied();
+            let place = self.ram.get(self.in_ram(offset)..)?;
+            return place.first_chunk().copied();
         }
         self.flash
             .get(flash_offset(address)?..)?
@@ -84,11 +84,22 @@ impl Memory {
     #[inline(always)]
     pub fn write<const COUNT: usize>(&mut self, address: u32, bytes: [u8; COUNT]) -> bool {
         let offset = address.wrapping_sub(RAM_START) as usize;
+        let offset = self.in_ram(offset);
         let place = self
             .ram
             .get_mut(offset..)
             .and_then(|rest| rest.first_chunk_mut());
         place.map(|place| *place = bytes).is_some()
+    }
+
+    /// The place of an offset in a RAM that repeats.
+    #[inline(always)]
+    fn in_ram(&self, offset: usize) -> usize {
+        if self.ram_repeats && offset < LARGEST_RAM {
+            offset % self.ram.len()
+        } else {
+            offset
+        }
     }
 
     /// A word of either memory.

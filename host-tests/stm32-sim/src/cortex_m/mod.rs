@@ -136,6 +136,7 @@ impl CortexM3 {
     /// The processor of the STM32F103C8. Flash is erased. Call [`load`](Self::load), then [`reset`](Self::reset).
     pub fn new() -> Self {
         let sizes = MemorySizes {
+            ram_repeats: false,
             flash: 64 * 1024,
             ram: 20 * 1024,
         };
@@ -187,16 +188,21 @@ impl CortexM3 {
     }
 
     /// Sets CPUID and the size of the flash, which is erased.
-    pub fn set_silicon(&mut self, identity: u32, flash: usize) {
+    pub fn set_silicon(&mut self, identity: u32, memories: MemorySizes) {
         self.identity = identity;
-        self.memory.set_flash(flash);
-        self.cache = Cache::new(flash);
+        self.memory = Memory::new(memories);
+        self.cache = Cache::new(memories.flash);
     }
 
     /// Selects whether the processor has Arm erratum 602117: each interrupt that comes at an LDRD with its base as the first destination
     /// comes between the two loads, and the instruction starts again with the wrong base.
     pub fn set_restarts_loads(&mut self, restarts: bool) {
         self.restarts_loads = restarts;
+    }
+
+    /// Whether the chip has flash at this address.
+    pub fn has_flash(&self, address: u32) -> bool {
+        self.memory.is_flash(address)
     }
 
     /// Writes bytes to flash or RAM; false when they do not fit into one of them.
@@ -255,17 +261,24 @@ impl CortexM3 {
     pub fn run(&mut self, io: &mut impl Io, until: u64) -> Result<Pause, Fault> {
         // Moved out for the run, so that instructions are executed without a copy.
         let mut cache = std::mem::take(&mut self.cache);
-        let result = self.run_to(io, &mut cache, until);
-        self.cache = cache;
-        result.map_err(|kind| {
+        let result = loop {
+            let kind = match self.run_to(io, &mut cache, until) {
+                Ok(pause) => break Ok(pause),
+                Err(kind) => kind,
+            };
             let pc = self.registers.get(Register::PC).wrapping_sub(4);
             self.next = pc;
-            Fault {
+            let fault = Fault {
                 pc,
                 address: kind.address().unwrap_or(pc),
                 kind: *kind,
+            };
+            if !self.ignore_fault(&fault) {
+                break Err(fault);
             }
-        })
+        };
+        self.cache = cache;
+        result
     }
 
     fn run_to(&mut self, io: &mut impl Io, cache: &mut Cache, until: u64) -> fault::Result<Pause> {

@@ -30,9 +30,11 @@ const NONBASETHRDENA: u32 = 1 << 0;
 const UNALIGN_TRP: u32 = 1 << 3;
 /// CCR: division by zero faults.
 const DIV_0_TRP: u32 = 1 << 4;
+/// CCR: at priority -1 and -2, loads and stores ignore bus faults.
+const BFHFNMIGN: u32 = 1 << 8;
 /// CCR: exceptions align the stack to 8 bytes. Set at reset (PM0056 4.4.7).
 const STKALIGN: u32 = 1 << 9;
-const CCR_BITS: u32 = NONBASETHRDENA | 1 << 1 | UNALIGN_TRP | DIV_0_TRP | 1 << 8 | STKALIGN;
+const CCR_BITS: u32 = NONBASETHRDENA | 1 << 1 | UNALIGN_TRP | DIV_0_TRP | BFHFNMIGN | STKALIGN;
 
 /// The registers of the system control block that only store their value.
 #[derive(Clone, Debug)]
@@ -104,6 +106,10 @@ impl SystemControl {
     #[inline(always)]
     pub fn forbids_all(&self) -> bool {
         self.protection & (MPU_ENABLE | PRIVDEFENA) == MPU_ENABLE
+    }
+
+    pub fn ignores_bus_faults(&self) -> bool {
+        self.configuration & BFHFNMIGN != 0
     }
 
     pub fn aligns_stack(&self) -> bool {

@@ -24,7 +24,7 @@ const ACR_WRITABLE: u32 = LATENCY | 1 << 3 | PREFETCH;
 /// PRFTBS has the value of PRFTBE.
 const PREFETCH_STATUS_SHIFT: u32 = 1;
 
-// FLASH_SR. WRPRTERR is never set, because no page is protected.
+// FLASH_SR.
 const BUSY: u32 = 1 << 0;
 const PROGRAMMING_ERROR: u32 = 1 << 2;
 const END_OF_OPERATION: u32 = 1 << 5;

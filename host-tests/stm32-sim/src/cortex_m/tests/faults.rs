@@ -78,6 +78,27 @@ fn enabled_handler_takes_its_fault() {
     assert_eq!(masked.active_exception(), 3, "PRIMASK masks BusFault");
 }
 
+/// PM0056 4.4.7, BFHFNMIGN: only at priority -1 and -2. The status is set.
+#[test]
+fn load_at_priority_of_hard_fault_ignores_a_bus_fault() {
+    const CPSID_F: u16 = 0xB671;
+    const CCR: u32 = 0xE000_ED14;
+    let load = |masks: u16, bit: u32| {
+        let mut processor = processor(&[masks, LOAD, STAY]);
+        write(&mut processor, CCR, 1 << 9 | bit);
+        processor.set_register(1, UNMAPPED);
+        processor
+    };
+    let mut ignoring = load(CPSID_F, 1 << 8);
+    step(&mut ignoring, 3);
+    assert_eq!(ignoring.active_exception(), 0);
+    assert_eq!(read(&mut ignoring, CFSR), 1 << 9 | 1 << 15);
+    for (masks, bit) in [(CPSID_F, 0), (CPSID_I, 1 << 8)] {
+        let mut processor = load(masks, bit);
+        assert_eq!(fault(&mut processor).kind, FaultKind::Unmapped(UNMAPPED));
+    }
+}
+
 #[test]
 fn handler_of_a_stack_overflow_runs_without_a_frame() {
     let start = super::super::memory::RAM_START;

@@ -80,6 +80,7 @@ fn cortex_m4(code: &[u16]) -> CortexM3 {
     let sizes = MemorySizes {
         flash: 512 * 1024,
         ram: 128 * 1024,
+        ram_repeats: false,
     };
     started(CortexM3::with(Model::CortexM4, sizes), code)
 }

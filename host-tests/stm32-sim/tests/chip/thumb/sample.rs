@@ -128,6 +128,7 @@ impl Sampler {
         let sizes = MemorySizes {
             flash: 0x1_0000,
             ram: RAM_SIZE,
+            ram_repeats: false,
         };
         let mut processor = CortexM3::with(model, sizes);
         // The runs count instructions.
