@@ -190,6 +190,15 @@ macro_rules! firmware {
             unsafe { LINK.on_transmitted() };
         }
 
+        /// cortex-m-rt calls it before it initialises the RAM.
+        // SAFETY: a jump, which changes no register.
+        #[cfg(target_os = "none")]
+        #[unsafe(no_mangle)]
+        #[unsafe(naked)]
+        unsafe extern "C" fn __pre_init() {
+            core::arch::naked_asm!("b {check}", check = sym $crate::board::check_memories::<$node>)
+        }
+
         /// The interrupt of the clock.
         #[cfg(target_os = "none")]
         #[unsafe(no_mangle)]

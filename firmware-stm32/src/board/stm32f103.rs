@@ -15,14 +15,13 @@
 mod adc;
 mod configuration;
 mod flash;
-// The bootloader with signatures has no room for it.
-#[cfg(not(feature = "signature"))]
 mod memory;
 mod vectors;
 
 pub use adc::{start_adc, supply};
 pub(super) use configuration::REGISTERS;
 pub use flash::Flash;
+pub use memory::check_memories;
 
 use super::{
     Board, HEATER_PERIOD_US, SPI_BUS_CLOCK, SPI_CLOCK_HZ, Spi, StatusLeds, Watchdog, connect_spi,

@@ -18,10 +18,13 @@ const FLASH_LAST: usize = PARAMETERS + 2 * 1024 - 4;
 ///
 /// FAULTMASK and CCR.BFHFNMIGN let a read where no memory is have no effect but its flag in CFSR (PM0056, 4.4.7). This is only so for precise
 /// faults, and the fault of a store can be another one: so nothing is written before both reads have succeeded.
-// SAFETY: cortex-m-rt calls this function after a reset, before it initialises the RAM, and needs no register afterwards but LR.
-#[unsafe(no_mangle)]
+///
+/// # Safety
+/// Only for [`firmware`](crate::firmware): it runs after a reset, before the RAM is initialised. Generic, so that it is compiled for a program
+/// only: the bootloader has no room for it.
+// SAFETY: cortex-m-rt needs no register afterwards but LR.
 #[unsafe(naked)]
-unsafe extern "C" fn __pre_init() {
+pub unsafe extern "C" fn check_memories<N>() {
     naked_asm!(
         "ldr r0, =0xE000ED14", // CCR
         "ldr r1, [r0]",
@@ -66,12 +69,12 @@ unsafe extern "C" fn __pre_init() {
         "mov sp, r0",
         "b {report}",
         flash_last = const FLASH_LAST,
-        report = sym report,
+        report = sym report::<N>,
     )
 }
 
 /// Lights the run LED and the error LED, and stays off the bus. There is no watchdog, because a restart would not help.
-extern "C" fn report() -> ! {
+extern "C" fn report<N>() -> ! {
     // SAFETY: no other code runs.
     let device = unsafe { pac::Peripherals::steal() };
     switch_on(&device.RCC);
