@@ -7,9 +7,6 @@ use crate::sheet::Address;
 use descriptors::unit::Value;
 use plumbline::param::DataType;
 
-/// Values by the keys of their sheet.
-type Values = Vec<(&'static str, Value)>;
-
 /// The format of the data sheets of a protocol.
 #[derive(Debug)]
 pub struct Format {
