@@ -74,6 +74,10 @@ pub unsafe extern "C" fn check_memories<N>() {
 }
 
 /// Lights the run LED and the error LED, and stays off the bus. There is no watchdog, because a restart would not help.
+#[expect(
+    clippy::extra_unused_type_parameters,
+    reason = "compiled where it is used, as `check_memories`"
+)]
 extern "C" fn report<N>() -> ! {
     // SAFETY: no other code runs.
     let device = unsafe { pac::Peripherals::steal() };
