@@ -3,6 +3,7 @@
 
 use super::entering::{ask, files};
 use super::*;
+use host_tests::effort;
 
 const SMALL: usize = 3 * 1024;
 const LARGE: usize = 40 * 1024;

@@ -1,6 +1,7 @@
 //! A board with two slots: the old program stays until the new one is complete, and is then copied.
 
 use super::*;
+use host_tests::effort;
 
 /// The longest time of the copy of a program to its boot-up message in ms, with the longest times of the flash.
 const COPY: u64 = 4500;
