@@ -240,9 +240,10 @@ impl BxCan {
 
     fn write_timing(&mut self, now: Picoseconds, value: u32) -> Result<(), AccessError> {
         if Timing::new(value).is_looped_back() {
-            return Err(AccessError::Refused(
-                "CAN_BTR.LBKM: a sensor has no use for loop back",
-            ));
+            self.violations.record(
+                Register::BitTiming.name(),
+                "LBKM: a sensor has no use for loop back",
+            );
         }
         if !self.state.control.is_initializing() {
             let register = Register::BitTiming.name();
