@@ -107,7 +107,7 @@ fn update(mut board: Basis, slot: Download, program: Program, record: Option<Rec
             }
         };
         board.watchdog.feed();
-        // Before the next answer: a client that asks without a pause would delay it.
+        // Before the next answer: after it, a client that sends requests without a pause would delay the restart.
         if can.is_idle() && update.take_restart() {
             SCB::sys_reset();
         }
@@ -171,7 +171,7 @@ impl Search {
         *BitRate::ALL.get(self.place).unwrap_or(&BitRate::K250)
     }
 
-    /// Goes on to the next bit rate in time. Called each millisecond.
+    /// Selects the next bit rate at the end of the time. Call it each millisecond.
     fn tick(&mut self, can: &mut Can) {
         self.left -= 1;
         if self.left == 0 {
@@ -182,7 +182,7 @@ impl Search {
     }
 }
 
-/// Starts the timer of the milliseconds. It stands still during an operation of the flash.
+/// Starts the timer of the milliseconds. Milliseconds during an operation of the flash are not counted.
 fn start_timer(timer: &mut SYST) {
     timer.set_clock_source(SystClkSource::Core);
     timer.set_reload(crate::board::CORE_CLOCK / 1000 - 1);

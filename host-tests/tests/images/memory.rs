@@ -153,7 +153,7 @@ pub fn broken_flash_sets_cmd_param_error_and_eeprom_error() {
     assert_eq!(rig.read_time(), 777);
 }
 
-/// As on a second-hand board: option bytes of another program.
+/// A board that was used before can have the option bytes of another program.
 #[test]
 pub fn save_to_write_protected_pages_is_an_error_and_keeps_the_stored_parameters() {
     let mut rig = Rig::booted("is2", RATE);

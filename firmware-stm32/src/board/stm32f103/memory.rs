@@ -1,5 +1,5 @@
 //! A chip with less memory than its name says, for example an STM32F103C6 with the print of a C8: 10 KiB of RAM, 32 KiB of flash. Without this
-//! check, the first use of the stack would be a fault before the watchdog runs, and the sensor would be mute and dark.
+//! check, the first use of the stack would be a fault before the watchdog runs: the sensor would send nothing and light no LED.
 //!
 //! The check runs before all other code, thus without a stack. The sizes in the electronic signature are not used, because they are wrong on
 //! some clones.

@@ -187,7 +187,7 @@ impl CortexM3 {
         }
     }
 
-    /// Sets CPUID and the size of the flash, which is erased.
+    /// Sets CPUID and the sizes of the memories. The flash is erased.
     pub fn set_silicon(&mut self, identity: u32, memories: MemorySizes) {
         self.identity = identity;
         self.memory = Memory::new(memories);
