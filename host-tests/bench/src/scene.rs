@@ -47,6 +47,12 @@ impl Axes {
     }
 }
 
+/// The temperatures in degC that a scene can have.
+pub const TEMPERATURES: (f64, f64) = (-100.0, 200.0);
+
+/// The supplies in V that a scene can have.
+pub const SUPPLIES: (f64, f64) = (0.0, 60.0);
+
 /// The reason why a scene cannot be played.
 #[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
 pub enum SceneError {

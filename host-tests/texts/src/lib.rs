@@ -11,10 +11,22 @@ use std::fmt::{Display, Formatter};
 /// The maximum length of a text of other programs and files.
 pub const SHOWN: usize = 80;
 
+/// The maximum length of a sentence of another library, which can list what is permitted.
+const TOLD: usize = 160;
+
 /// A text of another program or of a file without control characters, because a terminal executes them.
 pub fn shown(text: &str) -> String {
+    cut(text, SHOWN)
+}
+
+/// The same of a sentence about such a text.
+pub fn told(sentence: &str) -> String {
+    cut(sentence, TOLD)
+}
+
+fn cut(text: &str, longest: usize) -> String {
     let printable = text.trim().chars().filter(|letter| !letter.is_control());
-    printable.take(SHOWN).collect()
+    printable.take(longest).collect()
 }
 
 /// A text in the languages of the tool. `Display` is the English text of the command line.

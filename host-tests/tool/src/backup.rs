@@ -28,7 +28,7 @@ use crate::number::Scale;
 use crate::ops::set::once_each;
 use crate::resolve;
 use crate::sheet::{Entry, Origin, Sheet, parameters};
-use ::texts::shown;
+use ::texts::told;
 use plumbline::param::ParameterId;
 use std::path::Path;
 use toml::{Table, Value};
@@ -130,7 +130,7 @@ impl Backup {
     pub fn parse_with(text: &str, foreign: Option<&Sheet>) -> Result<Self, Fault> {
         let table: Table = text
             .parse()
-            .map_err(|error: toml::de::Error| shown(error.message()))?;
+            .map_err(|error: toml::de::Error| told(error.message()))?;
         let section = |name: &str| {
             let section = table.get(name).and_then(Value::as_table);
             section.ok_or_else(|| Fault::NoSection(name.to_owned()))

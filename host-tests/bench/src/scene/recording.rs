@@ -1,6 +1,6 @@
 //! A motion recorded in a CSV file.
 
-use super::Sample;
+use super::{SUPPLIES, Sample, TEMPERATURES};
 use crate::file;
 use std::ops::Range;
 use std::path::Path;
@@ -24,6 +24,9 @@ const TEMPERATURE: usize = 7;
 
 /// The index of the column of the supply.
 const SUPPLY: usize = 8;
+
+/// What surrounds a sensor: a column with its lowest and its highest value.
+const LIMITS: [(usize, (f64, f64)); 2] = [(TEMPERATURE, TEMPERATURES), (SUPPLY, SUPPLIES)];
 
 /// Rows of a CSV file, in order of time.
 #[derive(Clone, PartialEq, Debug)]
@@ -183,6 +186,12 @@ fn read_row(line: usize, text: &[u8], columns: &[usize]) -> Result<(f64, Sample)
         if !value.is_finite() {
             return Err(mistake(line, format!("{name} is not finite: \"{text}\"")));
         }
+        if let Some((_, (low, high))) = LIMITS.iter().find(|(limited, _)| *limited == column)
+            && !(*low..=*high).contains(&value)
+        {
+            let what = format!("{name} is {low} to {high}, not {text}");
+            return Err(mistake(line, what));
+        }
         values[column] = value;
     }
     let [time, ax, ay, az, gx, gy, gz, temperature, supply] = values;
@@ -289,6 +298,14 @@ mod tests {
             (
                 b"t_s,ax_g,ay_g,az_g\n1,0,0,1\n0.5,0,0,1\n",
                 "3: the time must rise, but 0.5 follows 1",
+            ),
+            (
+                b"t_s,ax_g,ay_g,az_g,temp_c\n0,0,0,1,20\n1,0,0,1,1e9\n",
+                "3: temp_c is -100 to 200, not 1e9",
+            ),
+            (
+                b"t_s,ax_g,ay_g,az_g,supply_v\n0,0,0,1,-5\n",
+                "2: supply_v is 0 to 60, not -5",
             ),
             (b"\xFF\xFE\n", "1: the line is not text"),
         ];

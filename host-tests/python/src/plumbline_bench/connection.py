@@ -62,7 +62,7 @@ class Connection:
 
     def ask(self, do: str, **members: object) -> dict:
         """Sends a request and returns the members of its answer. The events before the answer wait in `events`."""
-        request = {"do": do} | {name: value for name, value in members.items() if value is not None}
+        request = {"do": do} | members
         try:
             self.socket.sendall(json.dumps(request).encode() + b"\n")
             while "event" in (line := self.line()):

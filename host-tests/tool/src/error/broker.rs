@@ -12,11 +12,11 @@ errors! {
             "die Adresse des Brokers hat einen Benutzer: Andere Benutzer dieses Computers können ihn lesen. Schreiben Sie Benutzer und Passwort in eine Datei, und geben Sie sie mit --credentials an";
         OnlyTls(option: &'static str): Usage "no-tls" = "{option} is for a connection with TLS: write mqtts:// in place of mqtt://",
             "{option} ist für eine Verbindung mit TLS: Schreiben Sie mqtts:// statt mqtt://";
-        Topic(option: &'static str, name: String): Usage "bad-topic" = "{option} {name:?} cannot be a part of a topic: it must not be empty or begin with $, and has no / + # or control character",
-            "{option} {name:?} kann kein Teil eines Topics sein: Es darf nicht leer sein oder mit $ beginnen und hat kein / + # oder Steuerzeichen";
+        Topic(option: &'static str, name: String): Usage "bad-topic" = "{option} {name:?} cannot be a part of a topic: it has 1 to 100 bytes, does not begin with $, and has no / + # or control character",
+            "{option} {name:?} kann kein Teil eines Topics sein: Es hat 1 bis 100 Bytes, beginnt nicht mit $ und hat kein / + # oder Steuerzeichen";
         Unread(path: String, reason: String): Bus "no-file" = "cannot read {path} ({reason})", "{path} lässt sich nicht lesen ({reason})";
-        Credentials(path: String, reason: String): Usage "bad-file" = "{path} is not valid: {reason}. It has the lines username = \"NAME\" and password = \"PASSWORD\"",
-            "{path} ist nicht gültig: {reason}. Sie hat die Zeilen username = \"NAME\" und password = \"PASSWORT\"";
+        Credentials(path: String, line: usize): Usage "bad-file" = "{path} is not valid in line {line}. It has the lines username = \"NAME\" and password = \"PASSWORD\"",
+            "{path} ist in Zeile {line} nicht gültig. Sie hat die Zeilen username = \"NAME\" und password = \"PASSWORT\"";
         Certificate(path: String, reason: String): Usage "bad-file" = "{path} is not valid: {reason}. It must be a file of the form PEM",
             "{path} ist nicht gültig: {reason}. Sie muss eine Datei der Form PEM sein";
         Tls(reason: String): Usage "bad-file" = "certificate and key do not fit: {reason}", "Zertifikat und Schlüssel passen nicht: {reason}";

@@ -116,6 +116,8 @@ texts! {
             "dieser Sensor bekommt dieselbe Adresse wie {other}: Geben Sie ihm eine andere, oder schreiben Sie oben alone = true, wenn jeder Sensor ausgeschaltet wird, bevor der nächste eingeschaltet wird";
         AddressDelivered(other: String) = "{other}, which is before this sensor, has the address that this sensor has as delivered: give {other} another address or put it last, or write alone = true at the top",
             "{other} steht davor und hat die Adresse, die dieser Sensor bei der Lieferung hat: Geben Sie {other} eine andere, oder stellen Sie ihn ans Ende, oder schreiben Sie oben alone = true";
+        IdentifierTwice(other: String, name: String, id: String) = "{id} is the {name} of {other}, which is before this sensor: this sensor needs other identifiers, also as delivered; or write alone = true at the top if each sensor is switched off before the next one is switched on",
+            "{id} ist {name} von {other}, der davor steht: Dieser Sensor braucht andere Identifier, auch bei der Lieferung; oder schreiben Sie oben alone = true, wenn jeder Sensor ausgeschaltet wird, bevor der nächste eingeschaltet wird";
         RateOnBus(name: String) = "{name} gets another bit rate than the bus, which it shares with other sensors: write alone = true at the top and switch each sensor off before the next one is switched on",
             "{name} bekommt eine andere Bitrate als der Bus, an dem auch andere Sensoren sind: Schreiben Sie oben alone = true, und schalten Sie jeden Sensor aus, bevor der nächste eingeschaltet wird";
         ZeroTwice(name: String) = "zero = true sets {name} too: leave out one of both", "zero = true setzt {name} auch: Lassen Sie eines von beiden weg";

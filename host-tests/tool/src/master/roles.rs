@@ -31,6 +31,8 @@ pub struct Roles {
     pub target: fn(u32) -> Result<Target, Error>,
     /// Further identifiers of the sensor.
     pub identifiers: Vec<ParameterId>,
+    /// That of them which several sensors on a bus can have.
+    pub shared: Option<ParameterId>,
     /// The sensor has another address as soon as it is written. Otherwise it acts after a restart, as the identifiers.
     pub moves_at_once: bool,
     /// What stores a change.

@@ -107,6 +107,7 @@ fn roles(product: &Product) -> Option<Roles> {
         address: tables.node_id,
         target: at,
         identifiers: Vec::new(),
+        shared: None,
         moves_at_once: false,
         storing: match stores {
             true => Storing::Command,

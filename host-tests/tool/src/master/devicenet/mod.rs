@@ -90,6 +90,7 @@ fn roles(product: &Product) -> Option<Roles> {
         address: roles.mac_id,
         target: |mac| Ok(Target::Devicenet(Slave { mac: mac as u8 })),
         identifiers: Vec::new(),
+        shared: None,
         moves_at_once: true,
         storing: Storing::Itself,
     })

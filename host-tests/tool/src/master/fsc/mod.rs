@@ -86,6 +86,7 @@ fn roles(product: &Product) -> Option<Roles> {
         address: roles.set_id,
         target: |bits| Ok(sensor(CanId::from_bits(bits))),
         identifiers: vec![roles.reply_id, roles.sync_id],
+        shared: Some(roles.sync_id),
         moves_at_once: false,
         storing: Storing::Command,
     })

@@ -90,6 +90,7 @@ fn roles(product: &Product) -> Option<Roles> {
         target: |address| Ok(Target::J1939(Ca(address as u8))),
         rate: other.as_ref().and_then(|other| other.rate.clone()),
         identifiers: Vec::new(),
+        shared: None,
         moves_at_once: false,
         storing: other.map_or(Storing::Unknown, |other| other.storing),
     })

@@ -94,7 +94,10 @@ impl Credentials {
             BrokerError::Unread(name.clone(), reason)
         })?;
         toml::from_str(&text).map_err(|error: toml::de::Error| {
-            BrokerError::Credentials(name, error.message().to_owned()).into()
+            // The message of the library has the value, which can be the password.
+            let place = error.span().map_or(0, |span| span.start);
+            let before = text.get(..place).unwrap_or_default();
+            BrokerError::Credentials(name, before.matches('\n').count() + 1).into()
         })
     }
 }

@@ -5,9 +5,13 @@ use super::sensor::About;
 use crate::error::{BrokerError, Error};
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
+use texts::SHOWN;
 
 /// What a broker tells about something that is there, and about something that is not.
 pub const HERE: [&str; 2] = ["offline", "online"];
+
+/// The longest name in bytes: a topic with its sample must fit into a record of the buffer.
+const LONGEST: usize = 100;
 
 /// The topics of a bus.
 #[derive(Clone, Debug)]
@@ -27,11 +31,16 @@ impl Topics {
         let is_valid = |name: &str| {
             let is_wrong = |letter: char| "/+#".contains(letter) || letter.is_control();
             // A broker keeps topics with $ for itself.
-            !name.is_empty() && !name.starts_with('$') && !name.contains(is_wrong)
+            (1..=LONGEST).contains(&name.len())
+                && !name.starts_with('$')
+                && !name.contains(is_wrong)
         };
         let checked = |option, name: &str| match is_valid(name) {
             true => Ok(name.to_owned()),
-            false => Err(Error::from(BrokerError::Topic(option, name.to_owned()))),
+            false => {
+                let name = name.chars().take(SHOWN).collect();
+                Err(Error::from(BrokerError::Topic(option, name)))
+            }
         };
         let discovery = match discovery {
             "" => None,

@@ -17,14 +17,15 @@ use crate::identify;
 use crate::labels;
 use crate::master::canopen::tables;
 use crate::master::{Roles, Target, factory, factory_rate, factory_target, j1939};
+use crate::number::shown as shown_id;
 use crate::sheet::{Origin, Sheet};
-use plumbline::can::BitRate;
+use plumbline::can::{BitRate, CanId};
 use plumbline::model::catalog::Product;
 use plumbline::param::ParameterId;
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::path::Path;
-use texts::shown;
+use texts::told;
 use toml::{Spanned, Value};
 
 /// What is to be commissioned.
@@ -112,7 +113,7 @@ impl Plan {
     fn parse(text: &str, rate: Option<BitRate>) -> Result<Self, Wrong> {
         let file: File = toml::from_str(text).map_err(|error| {
             let place = error.span().map_or(0, |span| span.start);
-            (place, Fault::Told(shown(error.message())))
+            (place, Fault::Told(told(error.message())))
         })?;
         if file.sensor.is_empty() {
             return Err((0, Fault::EmptyPlan));
@@ -181,8 +182,35 @@ impl Plan {
             if is_at(factory_target(item.product()), other) {
                 return Err(Fault::AddressDelivered(other.name.clone()));
             }
+            // Otherwise two sensors send one identifier, or one takes the messages of the other for requests.
+            let own = item.identifiers(|id| item.number(id));
+            let delivered = item.identifiers(|_| None);
+            let mut others = other.identifiers(|id| other.number(id)).into_iter();
+            let is_taken =
+                |own: &[Identifier], used: &Identifier| own.iter().any(|own| own.collides(used));
+            if let Some(used) =
+                others.find(|used| is_taken(&own, used) || is_taken(&delivered, used))
+            {
+                let id = shown_id(CanId::from_bits(used.bits));
+                return Err(Fault::IdentifierTwice(other.name.clone(), used.name, id));
+            }
         }
         Ok(())
+    }
+}
+
+/// An identifier that a sensor sends or takes, besides an address of its protocol.
+struct Identifier {
+    /// The name of its parameter.
+    name: String,
+    bits: u32,
+    /// Several sensors can take it.
+    is_shared: bool,
+}
+
+impl Identifier {
+    fn collides(&self, other: &Self) -> bool {
+        self.bits == other.bits && !(self.is_shared && other.is_shared)
     }
 }
 
@@ -295,6 +323,24 @@ impl Item {
             Some(true) => (j1939::PROTOCOL.roles)(product),
             _ => Roles::of(product),
         }
+    }
+
+    /// Its identifiers with these numbers; None: as delivered. Empty: they follow from its address.
+    fn identifiers(&self, number: impl Fn(ParameterId) -> Option<u32>) -> Vec<Identifier> {
+        let Some(roles) = self.roles().filter(|roles| !roles.identifiers.is_empty()) else {
+            return Vec::new();
+        };
+        let ids = [roles.address].into_iter().chain(roles.identifiers);
+        ids.filter_map(|id| {
+            let mut entries = self.settings.sheet.entries.iter();
+            let entry = entries.find(|own| own.origin == Origin::Parameter(id))?;
+            Some(Identifier {
+                name: entry.name.clone(),
+                bits: number(id).or_else(|| factory(self.product(), id))?,
+                is_shared: roles.shared == Some(id),
+            })
+        })
+        .collect()
     }
 
     /// Where it is at the end.

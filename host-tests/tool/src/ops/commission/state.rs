@@ -8,7 +8,7 @@ use crate::identify::Found;
 use crate::master::Target;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
-use texts::shown;
+use texts::told;
 
 /// The first line of the file.
 const HEADING: &str = "# How far `plumbline commission` is. Without this file it begins again.\n";
@@ -101,7 +101,7 @@ impl State {
             Ok(text) => {
                 let file: Result<File, _> = toml::from_str(&text);
                 let damaged = |error: toml::de::Error| {
-                    FileError::State(name, Fault::Told(shown(error.message())))
+                    FileError::State(name, Fault::Told(told(error.message())))
                 };
                 file.map_err(damaged)?.sensor
             }
@@ -143,19 +143,42 @@ impl State {
     /// # Errors
     /// The file cannot be written.
     pub fn keep(&mut self, row: Row) -> Result<(), Error> {
-        match self.rows.iter_mut().find(|own| own.name == row.name) {
-            Some(own) => *own = row,
-            None => self.rows.push(row),
-        }
-        let file = File {
+        let mut file = File {
             sensor: self.rows.clone(),
         };
+        match file.sensor.iter_mut().find(|own| own.name == row.name) {
+            Some(own) => *own = row,
+            None => file.sensor.push(row),
+        }
         let text = toml::to_string(&file).unwrap_or_default();
-        write_file(&self.path, &format!("{HEADING}{text}"))
+        write_file(&self.path, &format!("{HEADING}{text}"))?;
+        self.rows = file.sensor;
+        Ok(())
     }
 
     /// The path of the file.
     pub fn path(&self) -> &Path {
         &self.path
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn state_that_cannot_be_written_has_not_begun() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let plan = folder.path().join("plan.toml");
+        std::fs::write(&plan, "[[sensor]]\nname = \"a\"\nproduct = \"jn2101\"\n").expect("a file");
+        let content = Plan::read(&plan, None).unwrap_or_else(|why| panic!("{why}"));
+        let mut state = State::beside(&folder.path().join("gone/plan.toml"), &content)
+            .unwrap_or_else(|why| panic!("{why}"));
+        let item = &content.sensors[0];
+        let target = item.target().expect("an address");
+        let kept = state.keep(Row::begun(item, Some(7), target));
+        assert!(kept.is_err(), "{:?}", state.rows);
+        // Otherwise a note says that the file has the state.
+        assert!(state.rows.is_empty(), "{:?}", state.rows);
     }
 }

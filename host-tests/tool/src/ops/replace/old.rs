@@ -47,7 +47,8 @@ impl Old {
     pub fn text(&self, unit: &Unit) -> String {
         let quoted = |text: &str| Value::String(text.to_owned()).to_string();
         let sheet = descriptors::unit::sheet(self.backup.sheet.product, unit);
-        let is_line = |line: &&str| !line.starts_with(['#', '\n']) && !line.starts_with("product");
+        let is_line =
+            |line: &&str| !line.starts_with(['#', '\n']) && !line.starts_with("product =");
         let mut text = self.backup.text() + "\n[identity]\n";
         for line in sheet.lines().filter(is_line) {
             text += &format!("{line}\n");

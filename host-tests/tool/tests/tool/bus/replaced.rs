@@ -69,6 +69,13 @@ fn file_of_the_old_sensor_has_its_identity_for_the_store_of_the_new_one() {
         "tiltix080",
         "differential-slope-long16-offset=1deg",
     );
+    // Each value that the sensor tells is in the file.
+    let kept = fs::read_to_string(&path).expect("a file");
+    let identity = kept.split("[identity]").nth(1).expect("a section");
+    let told = Rig::with("tiltix080").json("identity");
+    for name in told["identity"].as_object().expect("values").keys() {
+        assert!(identity.contains(&format!("\n{name} = ")), "{name}: {kept}");
+    }
     let store = file("replaced.bin");
     let mut rig = fresh("tiltix080");
     let arguments = format!("replace write {path} --store {}", store.display());

@@ -287,6 +287,7 @@ fn wrong_option_of_a_bridge_ends_it_before_the_search() {
         path.display().to_string()
     };
     let (key, unknown) = (file("a.pem", "nonsense"), file("a.toml", "user = \"a\"\n"));
+    let number = file("b.toml", "username = \"a\"\npassword = 4711\n");
     for (words, code) in [
         ("bridge".to_owned(), "no-destination"),
         ("bridge --mqtt broker".to_owned(), "bad-url"),
@@ -296,6 +297,10 @@ fn wrong_option_of_a_bridge_ends_it_before_the_search() {
         ),
         (
             "bridge --mqtt mqtt://broker --site a/b".to_owned(),
+            "bad-topic",
+        ),
+        (
+            format!("bridge --mqtt mqtt://broker --site {}", "s".repeat(101)),
             "bad-topic",
         ),
         (
@@ -314,10 +319,18 @@ fn wrong_option_of_a_bridge_ends_it_before_the_search() {
             format!("bridge --mqtt mqtt://broker --credentials {unknown}"),
             "bad-file",
         ),
+        (
+            format!("bridge --mqtt mqtt://broker --credentials {number}"),
+            "bad-file",
+        ),
     ] {
         let output = plumbline("demo:jn2101", &format!("--json {words}"));
         let document: Value = serde_json::from_slice(&output.stdout).expect("one document");
         assert_eq!(document["error"]["code"], code, "{words}: {document}");
+        assert!(
+            !document.to_string().contains("4711"),
+            "the password: {document}"
+        );
     }
 }
 

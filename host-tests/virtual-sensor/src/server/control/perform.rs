@@ -7,7 +7,7 @@ use crate::server::passage::Rule;
 use crate::server::port::QUEUE_MAX;
 use crate::server::{ClientId, Clock, RunError, Server};
 use bench::fault::Fault;
-use bench::scene::{Axes, Scene, SceneError};
+use bench::scene::{Axes, SUPPLIES, Scene, SceneError, TEMPERATURES};
 use bench::{Bus, Source};
 use can_wire::text;
 use plumbline::node::BusMode;
@@ -151,11 +151,11 @@ impl Unit {
                 return self.play(bus, |_, _| read(file.as_deref(), csv.as_deref()));
             }
             Request::Temperature { celsius } => {
-                let celsius = within(celsius, (-100.0, 200.0), Refused::Temperature)?;
+                let celsius = within(celsius, TEMPERATURES, Refused::Temperature)?;
                 self.stage.set_temperature(celsius);
             }
             Request::Supply { volts } => {
-                let volts = within(volts, (0.0, 60.0), Refused::Supply)?;
+                let volts = within(volts, SUPPLIES, Refused::Supply)?;
                 self.stage.set_supply(volts);
             }
             Request::Accelerometer { fault } => {

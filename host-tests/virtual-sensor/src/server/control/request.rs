@@ -3,6 +3,7 @@
 use bench::fault::Fault;
 use serde::{Deserialize, Deserializer, de};
 use serde_json::{Map, Value};
+use std::fmt::{self, Formatter};
 use std::path::PathBuf;
 
 /// What a line asks for.
@@ -50,22 +51,25 @@ pub enum Request {
     /// The temperature; None: that of the scene.
     Temperature {
         /// In degC.
+        #[serde(deserialize_with = "stated")]
         celsius: Option<f64>,
     },
     /// The supply; None: that of the scene.
     Supply {
         /// In V.
+        #[serde(deserialize_with = "stated")]
         volts: Option<f64>,
     },
     /// A fault of the accelerometer; None: it works.
     Accelerometer {
         /// What is wrong.
-        #[serde(default, deserialize_with = "accelerometer_fault")]
+        #[serde(deserialize_with = "accelerometer_fault")]
         fault: Option<Fault>,
     },
     /// A fault of the nonvolatile memory; None: it works.
     Memory {
         /// What is wrong.
+        #[serde(deserialize_with = "stated")]
         fault: Option<MemoryFault>,
     },
     /// Inverts a bit in what was saved last.
@@ -196,6 +200,11 @@ impl Topic {
     }
 }
 
+/// A value or null. A request that leaves it out is refused, because it would repair the sensor.
+fn stated<'de, D: Deserializer<'de>, T: Deserialize<'de>>(from: D) -> Result<Option<T>, D::Error> {
+    Option::deserialize(from)
+}
+
 fn accelerometer_fault<'de, D: Deserializer<'de>>(from: D) -> Result<Option<Fault>, D::Error> {
     let Some(name) = Option::<String>::deserialize(from)? else {
         return Ok(None);
@@ -209,10 +218,37 @@ fn accelerometer_fault<'de, D: Deserializer<'de>>(from: D) -> Result<Option<Faul
     Fault::named(&name).map(Some).ok_or_else(unknown)
 }
 
+/// The members of an object, each once.
+struct Members(Map<String, Value>);
+
+impl<'de> Deserialize<'de> for Members {
+    fn deserialize<D: Deserializer<'de>>(from: D) -> Result<Self, D::Error> {
+        from.deserialize_map(Self(Map::new()))
+    }
+}
+
+impl<'de> de::Visitor<'de> for Members {
+    type Value = Self;
+
+    fn expecting(&self, f: &mut Formatter) -> fmt::Result {
+        f.write_str("an object")
+    }
+
+    fn visit_map<A: de::MapAccess<'de>>(mut self, mut from: A) -> Result<Self, A::Error> {
+        while let Some((name, value)) = from.next_entry::<String, Value>()? {
+            if self.0.contains_key(&name) {
+                return Err(de::Error::custom(format!("duplicate field `{name}`")));
+            }
+            self.0.insert(name, value);
+        }
+        Ok(self)
+    }
+}
+
 /// The request in a line, and the sensor that it names. The error is one sentence.
 pub(super) fn parse(line: &[u8]) -> Result<(Request, Option<String>), String> {
     let invalid = |error: serde_json::Error| format!("this is not a request: {error}");
-    let mut members: Map<String, Value> = serde_json::from_slice(line).map_err(invalid)?;
+    let Members(mut members) = serde_json::from_slice(line).map_err(invalid)?;
     let sensor = match members.remove("sensor") {
         None => None,
         Some(Value::String(name)) => Some(name),

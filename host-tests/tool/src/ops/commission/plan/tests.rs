@@ -45,7 +45,11 @@ fn fault_of_a_plan_has_line_and_reason() {
             2,
             "name",
         ),
-        (format!("{ONE}colour = 1\n"), 4, "colour"),
+        (
+            format!("{ONE}colour = 1\n"),
+            4,
+            "unknown field `colour`, expected one of `name`, `product`, `serial`, `find`, `zero`, `parameters`",
+        ),
         (format!("{ONE}serial = -1\n"), 4, "-1"),
         (ONE.replace("jn2101", "jn21"), 3, "there is no product"),
         (
@@ -105,6 +109,73 @@ fn fault_of_a_plan_has_line_and_reason() {
         "alone = true\n{ONE}parameters.baud-rate = \"500 kbit/s\"\n[[sensor]]\nname = \"two\"\nproduct = \"jn2101\"\n"
     );
     assert!(Plan::parse(&alone, None).is_ok());
+}
+
+#[test]
+fn identifier_of_another_sensor_is_refused() {
+    let sensor = |name: &str, ids: [&str; 3]| {
+        let names = ["set-id", "reply-id", "sync-id"].iter().zip(ids);
+        let ids = names.map(|(name, id)| format!("parameters.{name} = \"{id}\"\n"));
+        let ids: String = ids.collect();
+        format!("[[sensor]]\nname = \"{name}\"\nproduct = \"is2\"\n{ids}")
+    };
+    for (one, two, taken) in [
+        (["310h", "311h", "100h"], ["320h", "321h", "100h"], None),
+        (
+            ["310h", "311h", "100h"],
+            ["320h", "311h", "100h"],
+            Some("311h is the reply-id of one"),
+        ),
+        (
+            ["310h", "311h", "100h"],
+            ["311h", "321h", "100h"],
+            Some("311h is the reply-id of one"),
+        ),
+        (
+            ["310h", "311h", "100h"],
+            ["320h", "310h", "100h"],
+            Some("310h is the set-id of one"),
+        ),
+        (
+            ["310h", "311h", "100h"],
+            ["320h", "100h", "101h"],
+            Some("100h is the sync-id of one"),
+        ),
+        (
+            ["310h", "311h", "100h"],
+            ["320h", "321h", "310h"],
+            Some("310h is the set-id of one"),
+        ),
+        // The second sensor has 300h, 301h and 100h until it is its turn.
+        (
+            ["310h", "301h", "100h"],
+            ["320h", "321h", "100h"],
+            Some("301h is the reply-id of one"),
+        ),
+        (
+            ["301h", "310h", "100h"],
+            ["320h", "321h", "100h"],
+            Some("301h is the set-id of one"),
+        ),
+        (
+            ["310h", "311h", "300h"],
+            ["320h", "321h", "100h"],
+            Some("300h is the sync-id of one"),
+        ),
+    ] {
+        let (first, second) = (sensor("one", one), sensor("two", two));
+        let told = Plan::parse(&format!("{first}{second}"), None).map(|_| ());
+        let alone = format!("alone = true\n{first}{second}");
+        match (told, taken) {
+            (Ok(()), None) => {}
+            (Err((place, why)), Some(taken)) => {
+                assert_eq!(place, first.len(), "{two:?}: {why}");
+                assert!(why.to_string().starts_with(taken), "{two:?}: {why}");
+            }
+            (told, _) => panic!("{one:?} {two:?}: {told:?}"),
+        }
+        assert!(Plan::parse(&alone, None).is_ok(), "{one:?} {two:?}");
+    }
 }
 
 #[test]
