@@ -13,30 +13,49 @@ use plumbline::model::catalog::PRODUCTS;
 use plumbline::param::number;
 use plumbline::time::Duration;
 
-/// The sensor by its article, serial number and software version.
+/// The sensor by its article, serial number and software version. Another device can send a frame that looks like a reply before the sensor
+/// answers, so a sender that tells neither an article of the catalogue nor a serial number is left out, and the sensor is asked again.
 pub(super) fn ask(link: &mut Link, sensor: Sensor, time: Duration) -> Result<Option<Found>, Error> {
     const PRODUCT: u8 = 0x03;
     let request = Frame::of(sensor.request, [PRODUCT, 0, 0, 0, 0, 0, 0, 0], 1);
-    // Another device can send a shorter frame that looks like a reply.
-    let judge = |frame: &Frame| match frame.bytes() {
-        [PRODUCT, status, data @ ..] if data.len() == 6 && frame.can_id() != sensor.request => {
-            Some(fsc::Reply {
-                id: frame.can_id(),
-                status: *status,
-                data: data.to_vec(),
-            })
+    let mut others = vec![sensor.request];
+    for _ in 0..TRIES {
+        let judge = |frame: &Frame| match frame.bytes() {
+            // Another device can also send a shorter frame.
+            [PRODUCT, _, data @ ..] if data.len() == 6 && !others.contains(&frame.can_id()) => {
+                Some((frame.can_id(), number(&data[..4])))
+            }
+            _ => None,
+        };
+        let Some((reply, digits)) = link.ask(&request, time, judge)? else {
+            return Ok(None);
+        };
+        let sensor = Sensor {
+            reply: Some(reply),
+            ..sensor
+        };
+        let told = serials(link, sensor)?;
+        if !told.is_empty() || is_article(digits) {
+            return found(link, sensor, digits, &told).map(Some);
         }
-        _ => None,
-    };
-    let Some(reply) = link.ask(&request, time, judge)? else {
-        return Ok(None);
-    };
-    let sensor = Sensor {
-        reply: Some(reply.id),
-        ..sensor
-    };
-    let digits = number(&reply.data[..4]);
-    let told = serials(link, sensor)?;
+        others.push(reply);
+    }
+    Ok(None)
+}
+
+/// Whether the catalogue has a sensor with this article.
+fn is_article(digits: u32) -> bool {
+    let mut articles = PRODUCTS.iter().filter_map(|own| tables(own));
+    articles.any(|own| own.articles.iter().any(|own| own.number.digits() == digits))
+}
+
+/// The sensor with this article, and with the serial numbers that were told with the software versions.
+fn found(
+    link: &mut Link,
+    sensor: Sensor,
+    digits: u32,
+    told: &[(u32, u16)],
+) -> Result<Found, Error> {
     let first = told.first().copied();
     let (serial, version) = (first.map(|own| own.0), first.map(|own| own.1));
     let twins = match told.len() {
@@ -58,14 +77,14 @@ pub(super) fn ask(link: &mut Link, sensor: Sensor, time: Duration) -> Result<Opt
             products.push(product);
         }
     }
-    Ok(Some(Found {
+    Ok(Found {
         products,
         article,
         serial,
         firmware: version.map(version_text),
         twins,
         ..Found::at(Target::Fsc(sensor))
-    }))
+    })
 }
 
 /// The different serial numbers, with the software versions, that come from the Reply-Parameter-ID of a sensor: first its own one. Another

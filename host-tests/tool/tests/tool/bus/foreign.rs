@@ -291,3 +291,17 @@ fn address_that_is_only_likely_is_asked_twice_at_most() {
         assert_eq!(asked.count(), 2, "{id:X} {seen:?}");
     }
 }
+
+#[test]
+fn frame_that_looks_like_the_reply_of_a_gemac_sensor_is_not_its_reply() {
+    // The first byte is the code of the question for the article.
+    let like = |counter| Frame::data(standard(0x080), &[3, counter, 1, 2, 3, 4, 5, 6]).unwrap();
+    let mut rig = Rig::with("is2");
+    device(&mut rig, 1, like);
+    let read = rig.json("--rate 250 --id 300 get cyclic-time");
+    assert_eq!(read["cyclic-time"]["value"], 250, "{read}");
+    let mut rig = Rig::new(BusRate::Fixed(BitRate::K250));
+    device(&mut rig, 1, like);
+    let nobody = rig.fails("--rate 250 --id 300 get cyclic-time");
+    assert_eq!(nobody, (3, "no-answer".to_owned()));
+}
