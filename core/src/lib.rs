@@ -47,6 +47,7 @@ pub mod application;
 pub mod can;
 pub mod canopen;
 pub mod devicenet;
+pub mod diagnosis;
 pub mod fsc;
 pub mod heater;
 pub mod j1939;

@@ -63,7 +63,15 @@ macro_rules! project {
         };
         const STORED_SIZE: usize =
             $crate::param::projection::stored_size(<Self as $crate::param::Table>::PARAMETERS);
-        type Buffer = [u8; $crate::store::buffer_size(<Self as $crate::param::Table>::STORED_SIZE)];
+        type Buffer = $crate::store::Records<
+            {
+                $crate::store::buffer_size(
+                    <Self as $crate::param::Table>::STORED_SIZE,
+                    <Self as $crate::param::Table>::KEEPS_USAGE,
+                )
+            },
+            { <Self as $crate::param::Table>::KEEPS_USAGE },
+        >;
         const REALS: bool =
             $crate::param::projection::has_reals(<Self as $crate::param::Table>::PARAMETERS);
         const WIDE_LIMITS: &'static [$crate::param::WideLimits] = const {

@@ -25,7 +25,7 @@ use plumbline::calibration_line;
 use plumbline::measure::{I32x3, ONE_G, Reading, SAMPLE_PERIOD};
 use plumbline::node::driver::{Driver, Line, Output, Platform, TwoPriorities};
 use plumbline::node::{Leds, ProductNode, Protocol, StoreOf};
-use plumbline::store::{Owner, Store, StoreError};
+use plumbline::store::{Owner, Store, StoreError, Usage};
 use plumbline::time::{Instant, after, earlier};
 #[cfg(feature = "behind-bootloader")]
 use plumbline::update::Contact;
@@ -62,6 +62,9 @@ pub unsafe fn run<N: ProductNode, E: Element>(
     let mut boot = store.boot();
     if !boot.fit(E::PART) {
         warn!("the calibration is not used: it is that of another measuring element");
+    }
+    if N::Application::HAS_DIAGNOSIS {
+        boot.causes = board::reset_causes();
     }
     if N::Application::HEATER.is_some() {
         boot.kept = kept::take();
@@ -100,7 +103,7 @@ pub unsafe fn run<N: ProductNode, E: Element>(
         },
         link,
         guard,
-        sample_due: now,
+        sample_due: App::<N, E>::next_sample(now),
         reading: None,
     };
     loop {
@@ -248,6 +251,10 @@ impl<N: ProductNode, E: Element> Platform for Hardware<N, E> {
         result
     }
 
+    fn keep(&mut self, usage: &Usage, hour: u32) -> bool {
+        self.store.keep(usage, hour)
+    }
+
     #[cfg(feature = "behind-bootloader")]
     fn update(&mut self, contact: &Contact) {
         info!("update");
@@ -327,7 +334,7 @@ impl<N: ProductNode, E: Element + 'static> App<N, E> {
         self.sample_due = after(self.sample_due, SAMPLE_PERIOD);
         if clock::is_due(now, self.sample_due, SAMPLE_PERIOD) {
             // The flash was busy. The FIFO of the accelerometer has the values.
-            self.sample_due = after(now, SAMPLE_PERIOD);
+            self.sample_due = after(Self::next_sample(now), SAMPLE_PERIOD);
         }
         let bus = &mut *self.driver.controller_mut().bus;
         if bus.inspect(now)
@@ -339,6 +346,17 @@ impl<N: ProductNode, E: Element + 'static> App<N, E> {
         self.hardware.element.start(now);
         self.measure_supply();
         true
+    }
+
+    /// The time of a reading without an earlier one: with the next interrupt of the clock, so that the angle is not older depending on the
+    /// duration of the boot.
+    fn next_sample(now: Instant) -> Instant {
+        // Not with J1939: measured, the slowest answer of the IMS360 would take longer than 22 us.
+        if <N::Protocol as Protocol<N::Application>>::CHANGES_FILTERS {
+            now
+        } else {
+            clock::next_tick()
+        }
     }
 
     /// Takes the result of a conversion and starts the next one.

@@ -81,6 +81,13 @@ pub fn is_due(now: Instant, due: Instant, period: Duration) -> bool {
     reached(now, due) || !reached(after(now, period), due)
 }
 
+/// The time of the next interrupt. What is due then is done then; what is due between two interrupts is done up to 1 ms later, or earlier if
+/// a received frame wakes the main loop.
+pub fn next_tick() -> Instant {
+    let ticked = critical_section::with(|cs| TICKED.borrow(cs).get());
+    Instant::from_ticks(ticked + 1000)
+}
+
 /// Wakes the main loop with the first interrupt at or after `time`; at once if it has already come.
 pub fn set_alarm(time: Instant) {
     let past = critical_section::with(|cs| {

@@ -229,9 +229,10 @@ pub const SETTINGS: [Setting; 18] = [
 /// The largest difference in ms from the stated delay: the sensor for the PC and the image differ a little.
 const TOLERANCE: f64 = 1.0;
 
-/// The largest difference in ms between the delay of a frame and the stated one: half of the 5 ms between two samples, and as much for the
-/// conversion of the data rate, the resolution of the angle (0.5 ms on the ramp), and the tolerance.
-const SPREAD: f64 = 6.5;
+/// The largest difference in ms between the delay of a frame and the stated one: half of the 5 ms between two samples, 3 ms for the
+/// conversion of the data rate, which follows the clock of the accelerometer some seconds after the start, the resolution of the angle
+/// (0.5 ms on the ramp), and the tolerance.
+const SPREAD: f64 = 7.0;
 
 /// The delays of the frames in ms.
 #[derive(Clone, Copy, Debug)]

@@ -97,6 +97,12 @@ impl Shaker {
         shaker
     }
 
+    /// Waits until the resampler has its readings in the middle between two calls. Before that they move, and one of two polls would be left
+    /// out or repeated.
+    pub fn settle(&mut self) {
+        self.run(Duration::from_ticks(15_000_000));
+    }
+
     fn run(&mut self, time: Duration) {
         let end = after(self.bus.now(), time);
         self.bus.run_until(end);

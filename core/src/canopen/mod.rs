@@ -32,6 +32,7 @@ pub mod check;
 pub mod cob_id;
 mod cob_ids;
 pub mod consumer;
+mod diagnosis;
 pub mod dictionary;
 pub mod emcy;
 pub mod feature;

@@ -30,23 +30,15 @@ const IDENTIFICATION: u16 = 0x1F56;
 const STATUS: u16 = 0x1F57;
 
 impl<P: Product> Services<P> {
-    /// The answer to a request for one of these objects; None: it is for another object, or one of the product, or there is no bootloader.
-    #[cold]
-    #[inline(never)]
+    /// The answer to a request for one of these objects; None: it is for another object, or there is no bootloader.
     pub(super) fn answer_program(
         &mut self,
         cx: &mut ContextOf<P>,
         now: Instant,
-        request: [u8; 8],
+        address: Address,
+        request: Request,
     ) -> Option<[u8; 8]> {
         let program = cx.shell.program()?;
-        let request = Request::parse(request);
-        let (Request::Upload(address) | Request::Download(address, _)) = request else {
-            return None;
-        };
-        if find_row::<P>(address.index, address.sub).is_some() {
-            return None;
-        }
         let answer = match request {
             Request::Download(_, announced) => {
                 let written = self.control_program(cx, now, program, address, announced);

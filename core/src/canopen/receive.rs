@@ -1,12 +1,14 @@
 //! The received frames: SYNC, SDO requests, NMT commands, node guarding and remote frames.
 
 use super::cob_id;
+use super::diagnosis;
 use super::nmt::{Command, State};
 use super::objects::View;
 use super::pdo::Tpdos;
 use super::product::{ContextOf, Product};
 use super::program;
 use super::protocol::{Canopen, Services, send, send_reply};
+use crate::application::Application;
 use crate::can::{CanId, Frame};
 use crate::time::Instant;
 
@@ -51,9 +53,9 @@ impl<P: Product> Canopen<P> {
         }
         // In a running transfer, these bytes can be data.
         let [_, _, group, ..] = bytes;
-        if group == program::GROUP
+        if (group == program::GROUP || P::Application::HAS_DIAGNOSIS && group == diagnosis::GROUP)
             && !self.sdo.deadline().is_set()
-            && let Some(answer) = self.services.answer_program(cx, now, bytes)
+            && let Some(answer) = self.services.answer_extra(cx, now, bytes)
         {
             send_reply(cx, reply, Some(answer));
             return;

@@ -7,6 +7,7 @@ use super::protocol::{ContextOf, Fsc, ParametersOf};
 use super::table::{Operation, Product};
 use crate::application::Application;
 use crate::can::Frame;
+use crate::diagnosis::CODE;
 use crate::param::number;
 use crate::text::Text;
 use crate::time::Instant;
@@ -83,12 +84,23 @@ impl<P: Product> Fsc<P> {
         (own.serve)(cx, data)
     }
 
-    /// Answers a code that the product does not have. A sensor behind a bootloader has that of an update: with the signature it restarts into
-    /// the bootloader, without data it replies with the CRC-32 and the hardware of the program. All others are refused.
+    /// Answers a code that the product does not have. Code 61h with a number reads a value of the [`diagnosis`](crate::diagnosis). A sensor
+    /// behind a bootloader has that of an update: with the signature it restarts into the bootloader, without data it replies with the
+    /// CRC-32 and the hardware of the program. All others are refused.
     #[cold]
     #[inline(never)]
     fn unknown(&mut self, cx: &mut ContextOf<P>, now: Instant, frame: &Frame) {
         match (frame.bytes(), cx.shell.program()) {
+            (&[CODE, number], _) if P::Application::HAS_DIAGNOSIS => {
+                match cx.diagnosis().value(number) {
+                    Some(value) => {
+                        let head = u32::from_le_bytes([CODE, self.sticky, number, 0]);
+                        let word = u64::from(value) << 24 | u64::from(head);
+                        cx.shell.send(Frame::word(self.in_force.reply, word, 7));
+                    }
+                    None => self.refuse(cx, CODE),
+                }
+            }
             ([UPDATE], Some(program)) => {
                 // The sticky bits of the status: its other bits would make the replies to reads slower.
                 let head = u16::from_le_bytes([UPDATE, self.sticky]);

@@ -5,10 +5,11 @@ use super::shell::cause;
 use super::{Acquisition, Action, Boot, BusEvent, Communication, Node, Protocol, Restore};
 use crate::application::{Application, Readout};
 use crate::can::{Filter, Frame};
+use crate::diagnosis::Diagnosis;
 use crate::measure::Reading;
 use crate::measure::self_test::Working;
 use crate::param::Parameters;
-use crate::store::{ImageId, StoreError};
+use crate::store::{ImageId, StoreError, Usage};
 use crate::time::Instant;
 use crate::update::Contact;
 
@@ -52,6 +53,9 @@ impl<A: Application, P: Protocol<A>> CanNode<A, P> {
         } = &mut self.communication;
         let application = self.acquisition.application();
         context.shell.start(now, boot, P::FRAMES);
+        if A::HAS_DIAGNOSIS {
+            context.diagnosis = Diagnosis::of(boot);
+        }
         let damaged = context.restore(boot);
         application.start(boot.calibration);
         application.resume(boot.kept);
@@ -208,6 +212,14 @@ impl<A: Application, P: Protocol<A>> Node for CanNode<A, P> {
 
     fn contact(&self) -> Option<Contact> {
         self.communication.contact()
+    }
+
+    fn usage(&self) -> Option<Usage> {
+        self.communication.usage()
+    }
+
+    fn set_usage(&mut self, usage: &Usage) {
+        self.communication.set_usage(usage);
     }
 
     fn readout(&self) -> Readout {

@@ -4,8 +4,9 @@ use super::shell::cause;
 use super::{Action, BusChange, BusEvent, BusMode, Context, NodeState, Patterns, Protocol, Shell};
 use crate::application::{Application, Values};
 use crate::can::{Filter, Frame};
+use crate::diagnosis::Diagnosis;
 use crate::param::Parameters;
-use crate::store::StoreError;
+use crate::store::{StoreError, Usage};
 use crate::time::{Deadline, Instant};
 use crate::update::Contact;
 
@@ -35,6 +36,7 @@ impl<A: Application, P: Protocol<A>> Communication<A, P> {
             parameters: Parameters::INITIAL,
             values: A::Values::INITIAL,
             saving: None,
+            diagnosis: Diagnosis::NONE,
         },
         protocol: P::INITIAL,
         step: 0,
@@ -111,10 +113,18 @@ impl<A: Application, P: Protocol<A>> Communication<A, P> {
                 }
                 None
             }
-            BusEvent::Overrun => Some(BusChange::Overrun),
+            BusEvent::Overrun => {
+                if A::HAS_DIAGNOSIS {
+                    self.context.diagnosis.note_overrun();
+                }
+                Some(BusChange::Overrun)
+            }
             BusEvent::Unsent => Some(BusChange::Unsent),
             BusEvent::State(state) => {
                 let recovers = self.protocol.recovers(&self.context.parameters);
+                if A::HAS_DIAGNOSIS {
+                    self.context.diagnosis.note(shell.bus_state(), state);
+                }
                 shell.confine(state, recovers)
             }
         };
@@ -212,6 +222,18 @@ impl<A: Application, P: Protocol<A>> Communication<A, P> {
     pub fn image(&self) -> &Parameters<A::Table> {
         let saving = self.context.saving.as_ref();
         saving.unwrap_or(&self.context.parameters)
+    }
+
+    /// What the device has been through, this start included; None: the product does not keep it.
+    pub fn usage(&self) -> Option<Usage> {
+        A::HAS_DIAGNOSIS.then_some(self.context.diagnosis.usage)
+    }
+
+    /// Takes over what the device has been through.
+    pub fn set_usage(&mut self, usage: &Usage) {
+        if A::HAS_DIAGNOSIS {
+            self.context.diagnosis.usage = *usage;
+        }
     }
 
     /// Handles the result of the save that [`Action::Save`] requested.

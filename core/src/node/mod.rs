@@ -34,7 +34,7 @@ pub use shell::{NodeState, Shell};
 use crate::can::{BitRate, Filter, Frame};
 use crate::measure::Reading;
 use crate::measure::self_test::Working;
-use crate::store::StoreError;
+use crate::store::{StoreError, Usage};
 use crate::time::Instant;
 use crate::update::Contact;
 
@@ -192,6 +192,17 @@ pub trait Node {
     /// What the bootloader must know, if the restart that [`Action::Restart`] requests is that into it; None: it is not.
     fn contact(&self) -> Option<Contact> {
         None
+    }
+
+    /// What the device has been through, this start included: see [`Platform::keep`](driver::Platform::keep). None: the product does not
+    /// keep it.
+    fn usage(&self) -> Option<Usage> {
+        None
+    }
+
+    /// Takes over what the device has been through. A node that does not tell it does nothing.
+    fn set_usage(&mut self, usage: &Usage) {
+        let _ = usage;
     }
 
     /// The last inclination, for displays on a PC.

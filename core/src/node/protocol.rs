@@ -4,6 +4,7 @@ use super::Shell;
 use super::shell::cause;
 use crate::application::{Application, Effect};
 use crate::can::{Filter, Frame};
+use crate::diagnosis::Diagnosis;
 use crate::param::{ParameterId, Parameters, Refused, Table};
 use crate::store::{ImageId, StoreError};
 use crate::time::{Deadline, Instant};
@@ -19,6 +20,8 @@ pub struct Context<A: Application> {
     pub values: A::Values,
     /// The parameters that the running save writes.
     pub(super) saving: Option<Parameters<A::Table>>,
+    /// What the sensor tells of itself, unless the product [does not](Application::HAS_DIAGNOSIS).
+    pub(super) diagnosis: Diagnosis,
 }
 
 impl<A: Application> Context<A> {
@@ -61,6 +64,11 @@ impl<A: Application> Context<A> {
     /// The parameters that the running save writes.
     pub fn saving(&self) -> Option<&Parameters<A::Table>> {
         self.saving.as_ref()
+    }
+
+    /// What the sensor tells of itself.
+    pub fn diagnosis(&self) -> &Diagnosis {
+        &self.diagnosis
     }
 
     /// Whether a save is running.

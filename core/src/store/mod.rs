@@ -1,7 +1,7 @@
 //! The nonvolatile memory: records in two slots of flash. A new record is appended until the slot is full.
 //!
-//! There are three kinds of records: the parameters of a product, written by each save, and two records of the device, each
-//! written once: its calibration, and the identity of the unit ([`mod@unit`]). Layout of a record:
+//! There are four kinds of records: the parameters of a product, written by each save, and three records of the device: its calibration
+//! and the identity of the unit ([`mod@unit`]), each written once, and its [usage](mod@usage). Layout of a record:
 //!
 //! ```text
 //!  byte 0      1         2       4          8        10          10 + n ...     p            p + 4
@@ -13,9 +13,10 @@
 //!  payload of parameters     layout, u8; check of the device, u8; the stored parameters in the order of the table
 //!  payload of a calibration  layout 01h; serial number, u32; calibration, 49 bytes, in old records 48 or 36
 //!  payload of an identity    mark 55h; product, u16; the fields that are given
+//!  payload of a usage        layout 02h; serial number, u32; the numbers, 22 bytes
 //! ```
 //!
-//! Numbers are little-endian. The kind of parameters is 8000h + the [`ImageId`] of the product, the kind of both records of the
+//! Numbers are little-endian. The kind of parameters is 8000h + the [`ImageId`] of the product, the kind of the records of the
 //! device is 0. The CRC is CRC-32/ISO-HDLC (the CRC of Ethernet and zip). It is programmed last, so an incomplete record has a wrong
 //! CRC. Erased memory reads FFh.
 //!
@@ -29,23 +30,33 @@
 //!
 //! ```text
 //!  slot 0  | calibration | identity | parameters 7 | parameters 8 | parameters 9 | (full)
-//!  slot 1  | calibration | identity | parameters 10 | erased                      <- position of the next record
+//!  slot 1  | calibration | identity | usage | parameters 10 | usage | erased       <- position of the next record
 //! ```
 //!
 //! A slot is half of the memory. The newest parameters are never erased or overwritten. The next record is written after them.
 //! When the slot is full, it is written to the start of the other slot, after copies of the records of the device that there are.
 //! The other slot is erased in advance at boot ([`Store::prepare`]), because erasing stalls the processor. Only data that can be
 //! newer than the newest valid parameters is reported as damaged; older invalid data is ignored.
+//!
+//! **A usage** is written while the device runs ([`Store::keep`]), only into room that saves do not need, and without an erase. If the slot
+//! is full, it is written to the other one, if that is erased, with copies of all other records; the next boot erases the full slot. The
+//! first word of all this is programmed last, so that an incomplete one is not taken for an incomplete save. A usage belongs to the chip
+//! with its serial number. It is not part of the check of calibration and identity.
 
+mod buffer;
 mod record;
 mod slots;
 mod survey;
 pub mod unit;
+pub mod usage;
 
+pub use buffer::{Buffer, Records};
 pub use record::{buffer_size, crc32};
-pub use slots::{Buffer, Store};
+pub use slots::Store;
 pub use unit::{Name, Unit};
+pub use usage::Usage;
 
+use crate::diagnosis::ResetCauses;
 use crate::measure::Calibration;
 use crate::measure::calibration::Part;
 use crate::update::Installed;
@@ -109,6 +120,10 @@ pub struct Boot<'a> {
     pub kept: u32,
     /// The identity of the unit; [`Unit::NONE`] if there is none.
     pub unit: Unit,
+    /// What the device has been through until this start.
+    pub usage: Usage,
+    /// The causes of this start; none if the board does not tell them.
+    pub causes: ResetCauses,
     /// The program, if a [bootloader](crate::update) has started it; None: there is no bootloader.
     pub program: Option<Installed>,
 }
@@ -134,6 +149,8 @@ impl Default for Boot<'_> {
             serial: 0,
             kept: 0,
             unit: Unit::NONE,
+            usage: Usage::NONE,
+            causes: ResetCauses::NONE,
             program: None,
         }
     }

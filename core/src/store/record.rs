@@ -1,6 +1,6 @@
 //! The coding of a record. The byte map is in [`store`](super).
 
-use super::{Owner, unit};
+use super::{Owner, unit, usage};
 use crate::measure::calibration;
 use crate::walk::copy;
 use crc::{CRC_32_ISO_HDLC, Crc, NoTable};
@@ -9,11 +9,14 @@ const MAGIC: u8 = b'P';
 /// The version of the record format without the payload.
 const VERSION: u8 = 1;
 
+/// The first word of a record of the device.
+pub(super) const DEVICE_BEGIN: u32 = u32::from_le_bytes([MAGIC, VERSION, 0, 0]);
+
 /// The size of the header before the payload.
 pub(super) const HEADER: usize = 10;
 const CRC_SIZE: usize = 4;
 
-/// The kind of the records of the device: its calibration and its identity. No product has this [`ImageId`](super::ImageId).
+/// The kind of the records of the device: its calibration, its identity and its usage. No product has this [`ImageId`](super::ImageId).
 const DEVICE: u16 = 0;
 /// Bit of the kind of parameters: the payload begins with the layout. Without it, the payload is the parameters followed by the
 /// calibration.
@@ -30,8 +33,14 @@ pub(super) const PARAMETERS_OWNER: usize = 2;
 /// The size in bytes of the record of a calibration.
 pub(super) const CALIBRATION_SIZE: usize = size(CALIBRATION_PAYLOAD);
 
-/// The size in bytes of both records of the device, with the longest identity.
-const DEVICE_SIZE: usize = CALIBRATION_SIZE + size(unit::SIZE);
+/// The size in bytes of the record of the usage.
+pub(super) const USAGE_SIZE: usize = size(usage::SIZE);
+
+/// The size in bytes of the records of the device, with the longest identity.
+pub(super) const fn device_size(keeps_usage: bool) -> usize {
+    let usage = if keeps_usage { USAGE_SIZE } else { 0 };
+    CALIBRATION_SIZE + size(unit::SIZE) + usage
+}
 
 /// Continues a CRC-32/ISO-HDLC with more bytes. 0 is the CRC of no bytes.
 pub fn crc32(previous: u32, bytes: &[u8]) -> u32 {
@@ -49,9 +58,9 @@ const fn size(payload: usize) -> usize {
 }
 
 /// The size, in bytes, of the buffer of a [`Store`](super::Store) for a product with `stored` bytes of parameters: the records of
-/// the device, then the record of the parameters.
-pub const fn buffer_size(stored: usize) -> usize {
-    DEVICE_SIZE + parameters_size(stored)
+/// the device, with a usage or without, then the record of the parameters.
+pub const fn buffer_size(stored: usize, keeps_usage: bool) -> usize {
+    device_size(keeps_usage) + parameters_size(stored)
 }
 
 /// The size in bytes of a record with `stored` bytes of parameters.
@@ -74,7 +83,7 @@ pub(super) enum Kind {
     Parameters(u16),
     /// Old record: parameters of the product with this number, then the calibration.
     Old(u16),
-    /// The calibration or the identity of the device.
+    /// The calibration, the identity or the usage of the device.
     Device,
 }
 
@@ -176,4 +185,21 @@ pub(super) fn encode_unit(buffer: &mut [u8], sequence: u32, unit: &[u8]) -> Opti
     let place = buffer.get_mut(HEADER..HEADER + unit.len())?;
     copy(place, unit);
     seal(buffer, DEVICE, sequence, unit.len())
+}
+
+/// The first bytes of a usage of the device with this serial number.
+pub(super) fn usage_owner(serial: u32) -> [u8; usage::OWNER] {
+    let [s0, s1, s2, s3] = serial.to_le_bytes();
+    [usage::MARK, s0, s1, s2, s3]
+}
+
+/// Writes the record of a usage. Returns its size; None if the buffer is too small.
+pub(super) fn encode_usage(
+    buffer: &mut [u8],
+    sequence: u32,
+    usage: &[u8; usage::SIZE],
+) -> Option<usize> {
+    let place = buffer.get_mut(HEADER..HEADER + usage::SIZE)?;
+    copy(place, usage);
+    seal(buffer, DEVICE, sequence, usage::SIZE)
 }

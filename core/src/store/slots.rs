@@ -1,29 +1,21 @@
-//! The two slots: finding records and saving new ones.
+//! The two slots: finds the records, and keeps a slot erased.
 
 mod device;
+mod keeping;
+mod saving;
 
 use super::record;
-use super::survey::{Found, Survey, WORD, is_blank, read_word, survey};
+use super::survey::{Found, Survey, WORD, survey};
 use super::unit::Unit;
-use super::{Boot, Owner, StoreError};
+use super::usage::Usage;
+use super::{Boot, Buffer, Owner, StoreError};
+use crate::diagnosis::ResetCauses;
 use crate::measure::Calibration;
 use embedded_storage::nor_flash::NorFlash;
+use saving::Save;
 
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-enum Stage {
-    Erase,
-    /// The bytes of the buffer before this offset are programmed.
-    Program(usize),
-}
-
-/// A running save: writes the bytes `from..end` of the buffer to the end of `slot`.
-#[derive(Clone, Copy, Debug)]
-struct Save {
-    slot: usize,
-    stage: Stage,
-    from: usize,
-    end: usize,
-}
+/// The room for records of the usage that a start leaves in the half of a slot, in bytes.
+const RESERVE: usize = 4 * record::USAGE_SIZE;
 
 /// The state of a slot.
 #[derive(Clone, Copy, Debug)]
@@ -42,19 +34,6 @@ impl Slot {
         has_parameters: false,
         has_device: false,
     };
-}
-
-/// The buffer of a [`Store`]: an array of bytes.
-pub trait Buffer: Send + AsRef<[u8]> + AsMut<[u8]> + 'static {
-    /// All bytes 0.
-    const ZERO: Self;
-    /// The number of bytes.
-    const SIZE: usize;
-}
-
-impl<const N: usize> Buffer for [u8; N] {
-    const ZERO: Self = [0; N];
-    const SIZE: usize = N;
 }
 
 /// The records of one device in a memory with two slots. The size of buffer `B` is the [`buffer_size`](super::buffer_size) of its
@@ -76,12 +55,18 @@ pub struct Store<M, B> {
     is_calibrated: bool,
     /// The length of the encoded identity of the device; 0: it has none.
     unit: usize,
+    /// What the device has been through, with the saves and erases of this store.
+    usage: Usage,
+    /// The records of the device contain it.
+    has_usage: bool,
+    /// There was no save since the memory was scanned, so `newest` is the newest.
+    is_current: bool,
     /// The size of the records of the device. They are always in the buffer; 0: there are none.
     device: usize,
     damaged: bool,
     sequence: u32,
     save: Option<Save>,
-    /// The record of the calibration, the record of the identity, then the record of the parameters.
+    /// The records of the calibration, the identity and the usage, then the record of the parameters.
     buffer: B,
 }
 
@@ -105,7 +90,7 @@ impl<M: NorFlash, B: Buffer> Store<M, B> {
                 "the store reads single bytes: `READ_SIZE` is 1"
             );
             assert!(
-                B::SIZE >= super::buffer_size(0),
+                B::SIZE >= super::buffer_size(0, B::USAGE),
                 "the buffer has no room for a record: see `buffer_size` and `StoreOf`"
             );
         }
@@ -118,6 +103,9 @@ impl<M: NorFlash, B: Buffer> Store<M, B> {
             newest: const { Found::NONE },
             is_calibrated: false,
             unit: 0,
+            usage: const { Usage::NONE },
+            has_usage: false,
+            is_current: false,
             device: 0,
             damaged: false,
             sequence: 0,
@@ -150,6 +138,8 @@ impl<M: NorFlash, B: Buffer> Store<M, B> {
             kept: 0,
             serial: self.owner.serial,
             unit,
+            usage: self.usage,
+            causes: ResetCauses::NONE,
             program: None,
         }
     }
@@ -174,7 +164,13 @@ impl<M: NorFlash, B: Buffer> Store<M, B> {
     /// stay. A spare slot with nothing but an incomplete save is not erased.
     pub fn prepare(&mut self) {
         let (home, spare) = (self.slot(self.home), self.slot(self.spare()));
-        let roomy = home.used <= self.size / 2;
+        // A start is followed by records of the usage.
+        let reserve = if B::USAGE && self.has_usage {
+            RESERVE
+        } else {
+            0
+        };
+        let roomy = home.used + reserve <= self.size / 2;
         // The next save copies the records of the device into its slot.
         let only_copy = spare.has_device && !home.has_device;
         // The damage is reported until the next save succeeds, which is written after it.
@@ -183,145 +179,6 @@ impl<M: NorFlash, B: Buffer> Store<M, B> {
             // A failure is reported when the slot is needed and erased again.
             let _ = self.erase(self.spare());
         }
-    }
-
-    /// Begins to save parameters, which `encode` writes into a buffer. Call [`step`](Self::step) until the save has ended. A
-    /// running save is aborted.
-    pub fn save(&mut self, encode: impl FnOnce(&mut [u8]) -> Option<usize>) {
-        self.give_up();
-        self.save_after_device(encode);
-    }
-
-    /// True while a save is running.
-    pub fn busy(&self) -> bool {
-        self.save.is_some()
-    }
-
-    /// Performs one step of a save: programs four bytes, or erases a slot. Returns the result when the save has ended.
-    pub fn step(&mut self) -> Option<Result<(), StoreError>> {
-        let save = self.save?;
-        let result = match save.stage {
-            Stage::Erase => self.erase(save.slot).map(|()| save.from),
-            Stage::Program(at) if at < save.end => self.program(&save, at).map(|()| at + WORD),
-            Stage::Program(_) => {
-                let result = self.verify(&save);
-                if result.is_err() {
-                    self.give_up();
-                } else {
-                    self.succeed(&save);
-                }
-                self.save = None;
-                return Some(result);
-            }
-        };
-        match result {
-            Ok(at) => {
-                let stage = Stage::Program(at);
-                self.save = Some(Save { stage, ..save });
-                None
-            }
-            Err(StoreError) => {
-                self.give_up();
-                Some(Err(StoreError))
-            }
-        }
-    }
-
-    fn save_after_device(&mut self, encode: impl FnOnce(&mut [u8]) -> Option<usize>) {
-        let sequence = self.sequence.wrapping_add(1);
-        let check = self.check();
-        let place = self
-            .buffer
-            .as_mut()
-            .get_mut(self.device..)
-            .unwrap_or_default();
-        let size = record::encode_parameters(place, self.owner, check, sequence, encode);
-        // Parameters that do not fit cannot come from a node of this product. An empty save fails in `verify`.
-        self.begin(size.map_or(0, |size| self.device + size));
-    }
-
-    /// Plans the save of the buffer up to `end`.
-    fn begin(&mut self, end: usize) {
-        // What is larger than a slot fails in `verify`.
-        let end = if end <= self.size { end } else { 0 };
-        let spare = self.spare();
-        // After an incomplete save in the spare slot, the next save is written after the damaged data. So the damage stays
-        // visible until a save succeeds.
-        let (slot, stage) = if self.fits(self.home, end) {
-            (self.home, None)
-        } else if self.fits(spare, end) && !self.slot(spare).has_parameters {
-            (spare, None)
-        } else {
-            (spare, Some(Stage::Erase))
-        };
-        let has_device = self.slot(slot).has_device && stage.is_none();
-        let from = if has_device { self.device } else { 0 };
-        self.save = Some(Save {
-            slot,
-            stage: stage.unwrap_or(Stage::Program(from)),
-            from,
-            end,
-        });
-    }
-
-    /// Whether the buffer up to `end` fits into the free part of a slot. The records of the device are not counted if the slot
-    /// contains them.
-    fn fits(&self, number: usize, end: usize) -> bool {
-        let slot = self.slot(number);
-        let from = if slot.has_device { self.device } else { 0 };
-        slot.used + end <= self.size + from
-    }
-
-    fn program(&mut self, save: &Save, at: usize) -> Result<(), StoreError> {
-        let address = self.address(save) + at - save.from;
-        let bytes = self.buffer.as_ref().get(at..at + WORD).ok_or(StoreError)?;
-        let written = self.memory.write(address as u32, bytes);
-        written.map_err(|_| StoreError)
-    }
-
-    /// Compares the saved bytes with the memory.
-    fn verify(&mut self, save: &Save) -> Result<(), StoreError> {
-        let address = self.address(save);
-        let mut same = save.end > save.from;
-        let mut at = save.from;
-        while at < save.end {
-            let word = read_word(&mut self.memory, address + at - save.from);
-            let bytes = self
-                .buffer
-                .as_ref()
-                .get(at..)
-                .and_then(|rest| rest.first_chunk());
-            same &= word.is_some() && word == bytes.map(|&bytes| u32::from_le_bytes(bytes));
-            at += WORD;
-        }
-        if same { Ok(()) } else { Err(StoreError) }
-    }
-
-    fn succeed(&mut self, save: &Save) {
-        let device = self.device;
-        let slot = self.slot_mut(save.slot);
-        slot.used += save.end - save.from;
-        slot.has_parameters |= save.end > device;
-        slot.has_device |= save.from == 0;
-        self.home = save.slot;
-        self.sequence = self.sequence.wrapping_add(1);
-    }
-
-    /// Ends a failed or aborted save. If it has programmed any bytes, the next save is written after them.
-    fn give_up(&mut self) {
-        let Some(save) = self.save.take() else {
-            return;
-        };
-        let size = save.end.saturating_sub(save.from);
-        let address = self.address(&save);
-        if save.stage != Stage::Erase && !is_blank(&mut self.memory, address, size) {
-            self.slot_mut(save.slot).used += size;
-        }
-    }
-
-    /// The address of the next record in the slot of the save.
-    fn address(&self, save: &Save) -> usize {
-        self.start(save.slot) + self.slot(save.slot).used
     }
 
     /// Finds the newest parameters, the records of the device, and the position for the next record. Does not write.
@@ -333,27 +190,19 @@ impl<M: NorFlash, B: Buffer> Store<M, B> {
         } else {
             second.has_newer_device(&first)
         };
-        let (home, other) = if in_second {
-            (&second, &first)
+        let (mut home, mut other) = if in_second {
+            (second, first)
         } else {
-            (&first, &second)
+            (first, second)
         };
         let newest = home.parameters;
         self.home = in_second.into();
         self.newest = newest;
+        self.is_current = true;
         self.sequence = if newest.is_there() {
             newest.sequence
         } else {
             home.device_sequence
-        };
-        self.damaged = if newest.is_there() {
-            // In the slot of the newest parameters, all data after them is newer. Data in the other slot is newer only if this
-            // slot is full and the other one has only begun. A slot full of invalid data is an incomplete erase.
-            let full = home.used + record::parameters_size(newest.length) > self.size;
-            let begun = !other.parameters.is_there() && other.used < self.size;
-            home.unusable > newest.address || (full && begun && other.unusable > 0)
-        } else {
-            home.unusable > 0 || other.unusable > 0
         };
         let mut place = home.calibration;
         for other in [newest.calibration, other.calibration] {
@@ -366,7 +215,33 @@ impl<M: NorFlash, B: Buffer> Store<M, B> {
         } else {
             other.unit
         };
-        self.read_device(place, identity);
+        let usage = if home.usage > 0 {
+            home.usage
+        } else {
+            other.usage
+        };
+        self.read_device(place, identity, usage);
+        for survey in [&mut home, &mut other] {
+            if B::USAGE && !self.has(survey.torn) {
+                let [calibration, unit] = survey.torn;
+                let torn = calibration.address.max(unit.address);
+                survey.unusable = survey.unusable.max(torn);
+            }
+        }
+        self.damaged = if newest.is_there() || B::USAGE && home.usage > 0 {
+            // In the slot of the newest parameters, all data after them is newer. Data in the other slot is newer only if this
+            // slot is full and the other one has only begun. A slot full of invalid data is an incomplete erase.
+            let size = if newest.is_there() {
+                record::parameters_size(newest.length)
+            } else {
+                B::SIZE - record::device_size(B::USAGE)
+            };
+            let full = home.used + size > self.size;
+            let begun = !other.parameters.is_there() && other.used < self.size;
+            home.unusable > newest.address || (full && begun && other.unusable > 0)
+        } else {
+            home.unusable > 0 || other.unusable > 0
+        };
         // A slot can contain older ones.
         self.slots[0].has_device = self.is_device(&first);
         self.slots[1].has_device = self.is_device(&second);
@@ -375,7 +250,7 @@ impl<M: NorFlash, B: Buffer> Store<M, B> {
 
     fn survey(&mut self, number: usize) -> Survey {
         let (start, size) = (self.start(number), self.size);
-        let survey = survey(&mut self.memory, self.owner, start, size);
+        let survey = survey::<B>(&mut self.memory, self.owner, start, size);
         *self.slot_mut(number) = Slot {
             used: survey.used,
             has_parameters: survey.parameters.is_there(),
@@ -411,6 +286,9 @@ impl<M: NorFlash, B: Buffer> Store<M, B> {
         let end = start + self.size;
         let erased = self.memory.erase(start as u32, end as u32);
         erased.map_err(|_| StoreError)?;
+        if B::USAGE {
+            self.usage.erases = self.usage.erases.saturating_add(1);
+        }
         *self.slot_mut(number) = Slot::BLANK;
         Ok(())
     }

@@ -1,10 +1,10 @@
 //! The contents of one slot: reads record after record, and word after word where there is no valid record.
 
 use super::record::{
-    CALIBRATION_AT, CALIBRATION_OWNER, HEADER, Header, Kind, PARAMETERS_OWNER, calibration_owner,
-    crc32,
+    CALIBRATION_AT, CALIBRATION_OWNER, DEVICE_BEGIN, HEADER, Header, Kind, PARAMETERS_OWNER,
+    USAGE_SIZE, calibration_owner, crc32, usage_owner,
 };
-use super::{Owner, unit};
+use super::{Buffer, Owner, unit, usage};
 use crate::measure::calibration;
 use embedded_storage::nor_flash::ReadNorFlash;
 
@@ -86,7 +86,11 @@ pub(super) struct Survey {
     pub calibration: Place,
     /// The newest identity of this device.
     pub unit: Place,
-    /// The sequence number of the newer one of both.
+    /// The address of the newest usage of this device; 0: there is none.
+    pub usage: usize,
+    /// A calibration or an identity at the start of the slot whose first word is not complete: the copy of one, or a damaged one.
+    pub torn: [Place; 2],
+    /// The sequence number of the newest one of these three.
     pub device_sequence: u32,
 }
 
@@ -105,7 +109,7 @@ impl Place {
 }
 
 /// Reads the slot of `size` bytes at `start`.
-pub(super) fn survey(
+pub(super) fn survey<B: Buffer>(
     memory: &mut impl ReadNorFlash,
     owner: Owner,
     start: usize,
@@ -113,19 +117,50 @@ pub(super) fn survey(
 ) -> Survey {
     let mut survey = Survey::default();
     let mut at = 0;
+    let mut follows_blank = false;
+    // The end of what was not completed with a usage because of a power cut: the record, or at the start of a slot the copy of all records. Its
+    // first word is programmed last; the first word of an incomplete save is never blank.
+    let mut cut_until = 0;
     while at < size {
         let address = start + at;
-        if let Some(header) = valid_record(memory, address, size - at)
-            && survey.takes(memory, owner, address, header)
+        if let Some(header) = valid_record(memory, address, None, size - at)
+            && survey.takes::<B>(memory, owner, address, header)
         {
             at += header.size();
             survey.used = at;
+            follows_blank = false;
             continue;
         }
+        if is_blank(memory, address, WORD) {
+            follows_blank = true;
+            at += WORD;
+            continue;
+        }
+        if B::USAGE && at >= cut_until {
+            if follows_blank {
+                cut_until = if at == WORD {
+                    size
+                } else {
+                    at - WORD + USAGE_SIZE
+                };
+            } else if let Some(header) =
+                valid_record(memory, address, Some(DEVICE_BEGIN), size - at)
+            {
+                let mut torn = Survey::default();
+                torn.takes::<B>(memory, owner, address, header);
+                if at == 0 || torn.usage > 0 {
+                    cut_until = at + header.size();
+                }
+                if at == 0 {
+                    survey.torn = [torn.calibration, torn.unit];
+                }
+            }
+        }
+        follows_blank = false;
         at += WORD;
-        if !is_blank(memory, address, WORD) {
-            survey.unusable = address + WORD;
-            survey.used = at;
+        survey.used = at;
+        if at > cut_until {
+            survey.unusable = start + at;
         }
     }
     survey
@@ -134,7 +169,7 @@ pub(super) fn survey(
 impl Survey {
     /// Whether it contains a record of the device.
     fn has_device(&self) -> bool {
-        self.calibration.address > 0 || self.unit.address > 0
+        self.calibration.address > 0 || self.unit.address > 0 || self.usage > 0
     }
 
     /// Whether its records of the device are newer than those of another slot.
@@ -144,7 +179,7 @@ impl Survey {
     }
 
     /// Adds a valid record. Returns false if it has another product or layout.
-    fn takes(
+    fn takes<B: Buffer>(
         &mut self,
         memory: &mut impl ReadNorFlash,
         owner: Owner,
@@ -171,6 +206,13 @@ impl Survey {
                         length: header.length,
                     };
                     self.device_sequence = header.sequence;
+                } else if B::USAGE
+                    && read
+                    && begin == usage_owner(owner.serial)
+                    && header.length == usage::SIZE
+                {
+                    self.usage = address + HEADER;
+                    self.device_sequence = header.sequence;
                 }
                 return true;
             }
@@ -188,16 +230,29 @@ impl Survey {
     }
 }
 
-/// The header of the valid record at an address, with at most `limit` bytes; None if there is none.
-fn valid_record(memory: &mut impl ReadNorFlash, address: usize, limit: usize) -> Option<Header> {
+/// The header of the valid record at an address, with at most `limit` bytes, and with this first word in place of that in the memory; None if
+/// there is none.
+fn valid_record(
+    memory: &mut impl ReadNorFlash,
+    address: usize,
+    first: Option<u32>,
+    limit: usize,
+) -> Option<Header> {
     let mut bytes = [0; HEADER];
     memory.read(address as u32, &mut bytes).ok()?;
+    if let Some(first) = first {
+        *bytes.first_chunk_mut()? = first.to_le_bytes();
+    }
     let header = Header::parse(&bytes).filter(|header| header.size() <= limit)?;
     let mut crc = 0;
     let mut at = address;
     let end = address + header.checked_size();
     while at < end {
-        crc = crc32(crc, &read_word(memory, at)?.to_le_bytes());
+        let word = match first {
+            Some(first) if at == address => first,
+            _ => read_word(memory, at)?,
+        };
+        crc = crc32(crc, &word.to_le_bytes());
         at += WORD;
     }
     (read_word(memory, end)? == crc).then_some(header)

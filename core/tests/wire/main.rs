@@ -3,6 +3,7 @@
 mod canopen;
 mod composed;
 mod devicenet;
+mod diagnosis;
 mod driver;
 mod fsc;
 mod j1939;

@@ -5,6 +5,7 @@ use crate::silicon;
 use core::sync::atomic::{AtomicU8, Ordering};
 use cortex_m::peripheral::syst::SystClkSource;
 use cortex_m::peripheral::{SCB, SYST};
+use plumbline::diagnosis::ResetCauses;
 use plumbline::node::Leds;
 use plumbline::store::crc32;
 
@@ -103,6 +104,23 @@ fn note_reset(rcc: &pac::RCC) {
         causes >> 5 & 1 != 0,
         causes
     );
+}
+
+/// The causes of the last reset for the node.
+pub fn reset_causes() -> ResetCauses {
+    let bits = RESET_CAUSES.load(Ordering::Relaxed);
+    let has = |bit: u8, cause: ResetCauses| if bits >> bit & 1 != 0 { cause.0 } else { 0 };
+    let own = has(3, ResetCauses::POWER_ON)
+        | has(4, ResetCauses::SOFTWARE)
+        | has(5, ResetCauses::WATCHDOG)
+        | has(6, ResetCauses::OTHER)
+        | has(7, ResetCauses::OTHER);
+    // Power-on also sets the bit of the brown-out, and each reset that of the pin.
+    ResetCauses(match (own, has(1, ResetCauses::LOW_SUPPLY)) {
+        (0, 0) => has(2, ResetCauses::PIN),
+        (0, low) => low,
+        (own, _) => own,
+    })
 }
 
 /// Logs the identifiers of the microcontroller, and a warning if it is not one of ST.

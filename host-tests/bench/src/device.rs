@@ -13,6 +13,7 @@ use crate::node_type::{NodeType, STORE_BUFFER};
 use crate::thermal::Cell;
 use can_wire::protocol::{Event, Period, Picoseconds, Protocol};
 use plumbline::can::{BitRate, Frame};
+use plumbline::diagnosis::ResetCauses;
 use plumbline::measure::calibration::Part;
 use plumbline::measure::self_test::Working;
 use plumbline::measure::{Reading, SAMPLE_PERIOD};
@@ -45,6 +46,8 @@ pub struct Device {
     boots: u32,
     /// What the node keeps over its restart; 0 before power-up.
     kept: u32,
+    /// The causes of the next start.
+    causes: ResetCauses,
     /// The program; None: there is no bootloader.
     program: Option<Installed>,
     /// The program has asked its bootloader for an update, and is off.
@@ -94,6 +97,7 @@ impl Device {
             power: None,
             boots: 0,
             kept: 0,
+            causes: ResetCauses::POWER_ON,
             program: None,
             contact: None,
             led_history: LedHistory::default(),
@@ -163,6 +167,7 @@ impl Device {
             }
             if let Some(kept) = power.hardware.restart.take() {
                 self.kept = kept;
+                self.causes = ResetCauses::SOFTWARE;
                 return self.power_cycle(now);
             }
             if !power.interrupt() && !more {
@@ -321,8 +326,10 @@ impl Sensor for Device {
         let start = after(now, self.flash_time(before));
         self.boots += 1;
         let kept = core::mem::take(&mut self.kept);
+        let causes = core::mem::replace(&mut self.causes, ResetCauses::POWER_ON);
         let mut boot = Boot {
             kept,
+            causes,
             program: self.program,
             ..self.store.boot()
         };

@@ -5,7 +5,7 @@ use crate::node_type::STORE_BUFFER;
 use crate::receive_pin::ReceivePin;
 use plumbline::node::Leds;
 use plumbline::node::driver::{Output, Platform};
-use plumbline::store::{Store, StoreError};
+use plumbline::store::{Store, StoreError, Usage};
 use plumbline::time::{Duration, Instant, after, millis};
 use plumbline::update::Contact;
 use std::collections::VecDeque;
@@ -82,6 +82,14 @@ impl Platform for Board<'_> {
     /// The device performs the steps, because each stalls its processor.
     fn stored(&mut self) -> Option<Result<(), StoreError>> {
         self.hardware.stored.take()
+    }
+
+    fn keep(&mut self, usage: &Usage, hour: u32) -> bool {
+        let begins = self.store.keep(usage, hour);
+        if begins {
+            self.hardware.next_step = Some(self.now);
+        }
+        begins
     }
 
     fn restart(&mut self, kept: u32) {

@@ -105,8 +105,8 @@ impl Scenario {
             // The sensor has restarted.
             self.rig.detect()?;
         }
-        // Until the LEDs are steady.
-        self.rig.run(millis(500));
+        // Until the LEDs are steady, and the usage of this start is kept: an answer waits for the flash meanwhile.
+        self.rig.run(millis(11_000));
         self.requests()?;
         self.samples()?;
         self.answers()?;

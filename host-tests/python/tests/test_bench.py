@@ -43,7 +43,9 @@ def test_sensor_moves_and_breaks_in_virtual_time(tmp_path):
         bench.advance(4)
         sensor.restart()
         bench.advance(61)
-        assert {event["event"] for event in bench.events} == {"leds", "state"}
+        assert {event["event"] for event in bench.events} == {"leds", "state", "stored"}
+        # The usage, ten seconds after the second start.
+        assert [event["programmed"] for event in bench.events if event["event"] == "stored"] == [44]
         bench.wake()
         assert sensor.state()["angles"] == [10, 2]
         with pytest.raises(BenchError, match="does not exist"):

@@ -87,6 +87,8 @@ pub enum ResetCause {
     Pin,
     /// The program: SYSRESETREQ of the processor.
     Software,
+    /// The supply was below the brown-out level of the STM32F446, or for a moment below that of power-down of the STM32F103.
+    BrownOut,
     /// The independent watchdog was not fed in time.
     Watchdog,
 }
@@ -201,6 +203,7 @@ impl Rcc {
         timebase.set_frequency(cycle, self.chip.facts().hsi);
         let flags = match cause {
             ResetCause::PowerOn => self.layout.power_on_flags,
+            ResetCause::BrownOut => self.reset_flags | self.layout.brown_out_flags,
             ResetCause::Pin => self.reset_flags | PIN_RESET,
             ResetCause::Software => self.reset_flags | PIN_RESET | SOFTWARE_RESET,
             ResetCause::Watchdog => self.reset_flags | PIN_RESET | WATCHDOG_RESET,

@@ -133,6 +133,7 @@ fn vibration_is_suppressed_and_the_cutoff_is_exact_at_each_clock_of_the_part() {
             bus.attach(sensor);
         });
         check_residue(&mut shaker, &[199, 400]);
+        shaker.settle();
         check_cutoffs(&mut shaker, &[host_tests::vibration::SHORTEST]);
     }
 }

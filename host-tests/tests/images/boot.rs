@@ -250,6 +250,43 @@ fn reset_causes(rig: &Rig) -> u8 {
     microcontroller.core().bytes(place, 1).expect("RAM")[0]
 }
 
+/// The causes that the sensor tells (`plumbline::diagnosis`): each start has only its own. The STM32F103 has no flag for a low supply, which
+/// it tells as power-on.
+#[test]
+pub fn cause_of_the_last_reset_is_told() {
+    let told = |rig: &mut Rig| {
+        let reply = rig.request(&[0x61, 1]);
+        assert_eq!((reply[0], reply[2]), (0x61, 1), "{reply:02X?}");
+        u32::from_le_bytes(reply[3..7].try_into().expect("four bytes"))
+    };
+    let low_supply = match chip() {
+        Chip::F103 => 1,
+        Chip::F446 => 0x10,
+    };
+    let mut rig = switched_on();
+    rig.boot_up();
+    assert_eq!(told(&mut rig), 1, "power-on");
+    rig.expect_reset(ResetCause::Software);
+    rig.send(&fsc::RESET);
+    rig.boot_up();
+    assert_eq!(told(&mut rig), 4, "software");
+    hang(&mut rig);
+    rig.expect_reset(ResetCause::Watchdog);
+    rig.boot_up_within(3_500);
+    assert_eq!(told(&mut rig), 8, "watchdog");
+    rig.expect_reset(ResetCause::Pin);
+    rig.microcontroller_mut().reset_by_pin();
+    rig.boot_up();
+    assert_eq!(told(&mut rig), 2, "reset pin");
+    rig.expect_reset(ResetCause::BrownOut);
+    rig.microcontroller_mut().reset_by_low_supply();
+    rig.boot_up();
+    assert_eq!(told(&mut rig), low_supply, "low supply");
+    rig.power_cycle();
+    rig.boot_up();
+    assert_eq!(told(&mut rig), 1, "power-on");
+}
+
 /// A disturbance at NRST, in each part of a reading of the accelerometer, which goes on measuring, and of a reply.
 #[test]
 pub fn sensor_starts_after_a_reset_by_its_pin_at_any_time() {

@@ -15,6 +15,9 @@ pub const CALIBRATION_RECORD: usize = 56;
 /// The size of the longest record of an identity in these tests.
 pub const UNIT_RECORD: usize = 72;
 
+/// The size of a record of the usage.
+pub const USAGE_RECORD: usize = 44;
+
 /// Number of parameters records that fit into a page without a calibration record.
 pub const PLACES: usize = PAGE_SIZE / RECORD;
 
@@ -24,7 +27,7 @@ pub const OWNER: Owner = Owner {
     serial: 0x0102_0304,
 };
 
-pub type Store = plumbline::store::Store<Flash, [u8; buffer_size(PAYLOAD)]>;
+pub type Store = plumbline::store::Store<Flash, [u8; buffer_size(PAYLOAD, true)]>;
 
 /// The records found at power-up.
 #[derive(Clone, PartialEq, Debug)]
@@ -101,7 +104,7 @@ pub fn loaded(number: Option<usize>, damaged: bool) -> Found {
 
 pub fn finish(store: &mut Store) -> Result<(), StoreError> {
     // An erase, all records in steps of four bytes, the verification, and a margin.
-    for _ in 0..(CALIBRATION_RECORD + UNIT_RECORD + RECORD) / 4 + 5 {
+    for _ in 0..(CALIBRATION_RECORD + UNIT_RECORD + USAGE_RECORD + RECORD) / 4 + 5 {
         if let Some(result) = store.step() {
             assert!(!store.busy());
             return result;

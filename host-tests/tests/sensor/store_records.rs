@@ -11,7 +11,7 @@ use plumbline::store::{Owner, buffer_size};
 /// Stored parameters of the newer firmware: four more bytes.
 const NEWER_PAYLOAD: usize = PAYLOAD + 4;
 
-type NewerStore = plumbline::store::Store<Flash, [u8; buffer_size(NEWER_PAYLOAD)]>;
+type NewerStore = plumbline::store::Store<Flash, [u8; buffer_size(NEWER_PAYLOAD, true)]>;
 
 /// A record of a firmware version without calibration records: the parameters, then the calibration.
 fn old_record(sequence: u32, parameters: &[u8]) -> Vec<u8> {

@@ -17,6 +17,12 @@ counted! {
     Entries = "entry" "entries", "Eintrag" "Einträge";
     /// Bytes.
     Bytes = "byte" "bytes", "Byte" "Bytes";
+    /// Starts of a sensor.
+    Starts = "start" "starts", "Start" "Starts";
+    /// Saves of parameters.
+    Saves = "save" "saves", "Speichervorgang" "Speichervorgänge";
+    /// Erases of a memory.
+    Erases = "erase" "erases", "Löschvorgang" "Löschvorgänge";
     /// Settings of a sensor.
     Settings = "setting" "settings", "Einstellung" "Einstellungen";
 }

@@ -9,17 +9,20 @@
 //! | 5 | connection |
 //! | 2Bh | acknowledge handler |
 //! | 64h to C7h | the objects of the vendor, as the product describes them |
+//! | C7h | what the sensor tells of itself ([`diagnosis`](crate::diagnosis)), unless the product has an object there |
 
 mod acknowledge_handler;
 mod assembly;
 mod connection;
 pub(super) mod devicenet;
+mod diagnosis;
 pub(super) mod identity;
 mod vendor;
 
 use super::explicit::{Data, Failure, Request};
 use super::protocol::{ContextOf, Devicenet};
 use super::table::Product;
+use crate::application::Application;
 use crate::time::Instant;
 
 /// The classes of the protocol.
@@ -30,6 +33,7 @@ mod class {
     pub const ASSEMBLY: u8 = crate::devicenet::table::ASSEMBLY;
     pub const CONNECTION: u8 = 0x05;
     pub const ACKNOWLEDGE_HANDLER: u8 = 0x2B;
+    pub const DIAGNOSIS: u8 = crate::diagnosis::CLASS;
 }
 
 /// Whether the unconnected port has the object of a request: the DeviceNet object.
@@ -69,6 +73,9 @@ fn other<P: Product>(
         class::ASSEMBLY => assembly::serve::<P>(cx, request),
         class::CONNECTION => connection::serve(device, cx, now, request),
         class::ACKNOWLEDGE_HANDLER => acknowledge_handler::serve(&mut device.handler, request),
+        class::DIAGNOSIS if P::Application::HAS_DIAGNOSIS => {
+            diagnosis::serve(cx.diagnosis(), request)
+        }
         _ => Err(Failure::OBJECT),
     }
 }

@@ -232,6 +232,8 @@ const fn errors() -> [Parameter; HISTORY] {
 }
 
 impl Table for Ims360Product {
+    /// The image for the Blue Pill has no room for it.
+    const KEEPS_USAGE: bool = false;
     /// In the order of the objects, then parameters that are not objects, then those of later versions.
     const PARAMETERS: &'static [Parameter] = crate::parameters![
         [

@@ -6,7 +6,7 @@ use super::super::{BusEvent, BusMode, Leds};
 #[cfg(doc)]
 use super::{Driver, Link, Shared};
 use crate::can::{BitRate, Filter, Frame};
-use crate::store::StoreError;
+use crate::store::{StoreError, Usage};
 use crate::time::Instant;
 use crate::update::Contact;
 
@@ -123,6 +123,13 @@ pub trait Platform {
     /// Performs a step of the save ([`Store::step`](crate::store::Store::step)). Returns the result when it has ended, at once an error
     /// if there is no memory. It is called in each [turn](Driver::turn) until then.
     fn stored(&mut self) -> Option<Result<(), StoreError>>;
+
+    /// Begins to keep what the device has been through: [`Store::keep`](crate::store::Store::keep). `hour` is the number of full hours since
+    /// the start. Returns whether a save has begun, whose steps [`stored`](Self::stored) performs. The default is for a board without memory.
+    fn keep(&mut self, usage: &Usage, hour: u32) -> bool {
+        let _ = (usage, hour);
+        false
+    }
 
     /// Restarts the device as after power-up. Pass `kept` to the next start in [`Boot::kept`](super::super::Boot::kept), in memory that is
     /// not cleared. Outputs are off.

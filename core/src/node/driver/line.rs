@@ -4,6 +4,7 @@ use super::super::{Action, BusEvent, BusMode, BusState, Communication, Node, Pro
 use super::{Change, Mailboxes};
 use crate::application::Application;
 use crate::can::{BitRate, Filter, Frame};
+use crate::store::Usage;
 use crate::time::Instant;
 use crate::update::Contact;
 use embedded_can::Frame as _;
@@ -15,6 +16,9 @@ const QUEUE: usize = 32;
 
 /// Receives frames and has the frames to send: the communicating half of a node, or a [`Node`] on one thread.
 pub trait Exchange {
+    /// Whether [`usage`](Self::usage) can have a value.
+    const HAS_DIAGNOSIS: bool;
+
     /// Whether [`sent`](Self::sent) and [`sends_once`](Self::sends_once) have an effect.
     const USES_SENT: bool;
 
@@ -53,9 +57,16 @@ pub trait Exchange {
 
     /// What the bootloader must know, if the restart is that into it.
     fn contact(&self) -> Option<Contact>;
+
+    /// What the device has been through; None: the product does not keep it.
+    fn usage(&self) -> Option<Usage>;
+
+    /// Takes over what the device has been through.
+    fn set_usage(&mut self, usage: &Usage);
 }
 
 impl<A: Application, P: Protocol<A>> Exchange for Communication<A, P> {
+    const HAS_DIAGNOSIS: bool = A::HAS_DIAGNOSIS;
     const USES_SENT: bool = P::USES_SENT;
 
     fn ready(&self) -> bool {
@@ -105,9 +116,18 @@ impl<A: Application, P: Protocol<A>> Exchange for Communication<A, P> {
     fn contact(&self) -> Option<Contact> {
         self.contact()
     }
+
+    fn usage(&self) -> Option<Usage> {
+        self.usage()
+    }
+
+    fn set_usage(&mut self, usage: &Usage) {
+        self.set_usage(usage);
+    }
 }
 
 impl<N: Node + ?Sized> Exchange for N {
+    const HAS_DIAGNOSIS: bool = true;
     const USES_SENT: bool = true;
 
     fn ready(&self) -> bool {
@@ -157,6 +177,14 @@ impl<N: Node + ?Sized> Exchange for N {
 
     fn contact(&self) -> Option<Contact> {
         Node::contact(self)
+    }
+
+    fn usage(&self) -> Option<Usage> {
+        Node::usage(self)
+    }
+
+    fn set_usage(&mut self, usage: &Usage) {
+        Node::set_usage(self, usage);
     }
 }
 
@@ -252,6 +280,14 @@ impl<'a, H: Exchange + ?Sized, M: Mailboxes> Link<'a, H, M> {
 
     pub(super) fn contact(&self) -> Option<Contact> {
         self.node.contact()
+    }
+
+    /// Changes what the device has been through. Returns it with the result of `change`; None: the product does not keep it.
+    pub(super) fn watch<R>(&mut self, change: impl FnOnce(&mut Usage) -> R) -> Option<(Usage, R)> {
+        let mut usage = self.node.usage()?;
+        let result = change(&mut usage);
+        self.node.set_usage(&usage);
+        Some((usage, result))
     }
 
     fn receives(&self) -> bool {

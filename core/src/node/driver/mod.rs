@@ -112,6 +112,7 @@ mod hardware;
 mod line;
 mod order;
 mod sides;
+mod watch;
 
 pub use hardware::{Change, Controller, Filters, Mailboxes, Output, Platform};
 pub use line::{Exchange, Line, Link};
@@ -124,6 +125,7 @@ use crate::can::{BitRate, Frame};
 use crate::measure::Reading;
 use crate::measure::self_test::Working;
 use crate::time::{Duration, Instant, after, earlier, millis, reached};
+use watch::Watch;
 
 /// The maximum number of actions in one [`Driver::turn`]. The limit ensures that a watchdog is fed even if each frame causes an action.
 const ROUNDS: u8 = 8;
@@ -146,8 +148,11 @@ pub struct Driver<S> {
     side: S,
     restart: Restart,
     is_saving: bool,
+    /// The usage is being kept.
+    is_keeping: bool,
     /// A change of the mode is running.
     is_changing: bool,
+    watch: Watch,
 }
 
 impl<S: Side> Driver<S> {
@@ -157,7 +162,9 @@ impl<S: Side> Driver<S> {
             side,
             restart: Restart::No,
             is_saving: false,
+            is_keeping: false,
             is_changing: false,
+            watch: Watch::START,
         }
     }
 
@@ -188,6 +195,9 @@ impl<S: Side> Driver<S> {
 
     /// Handles a reading of the accelerometer: see [`Node::sample`](super::Node::sample).
     pub fn sample(&mut self, reading: &Reading) {
+        if S::Exchange::HAS_DIAGNOSIS {
+            self.watch.note(reading);
+        }
         self.side.sample(reading);
     }
 
@@ -213,7 +223,29 @@ impl<S: Side> Driver<S> {
         self.change();
         let has_measured = self.pass_events();
         let works = self.work(platform);
+        if S::Exchange::HAS_DIAGNOSIS && self.watch.is_due() {
+            self.keep(platform);
+        }
         has_measured | works | self.store(platform)
+    }
+
+    /// Adds what the last second has brought to what the device has been through, and keeps it when it is due. A save goes first.
+    #[cold]
+    #[inline(never)]
+    fn keep(&mut self, platform: &mut impl Platform) {
+        let watch = &mut self.watch;
+        let result = self.side.link(|link| link.watch(|usage| watch.take(usage)));
+        let Some((usage, due)) = result else {
+            self.watch = Watch::START;
+            return;
+        };
+        if let Some(hour) = due
+            && !self.is_saving
+            && !self.is_keeping
+        {
+            self.watch.done();
+            self.is_keeping = platform.keep(&usage, hour);
+        }
     }
 
     /// Performs the work that is due. Returns true if there can be more.
@@ -233,12 +265,14 @@ impl<S: Side> Driver<S> {
 
     /// Performs a step of a save. Returns true if it has ended with it.
     fn store(&mut self, platform: &mut impl Platform) -> bool {
-        let ended = self.is_saving.then(|| platform.stored()).flatten();
-        let Some(result) = ended else {
+        let is_running = self.is_saving || S::Exchange::HAS_DIAGNOSIS && self.is_keeping;
+        let Some(result) = is_running.then(|| platform.stored()).flatten() else {
             return false;
         };
-        self.is_saving = false;
-        self.side.stored(result);
+        self.is_keeping = false;
+        if core::mem::take(&mut self.is_saving) {
+            self.side.stored(result);
+        }
         true
     }
 
@@ -287,6 +321,8 @@ impl<S: Side> Driver<S> {
             }
             Action::Save => {
                 self.is_saving = true;
+                // The save of the usage is aborted.
+                self.is_keeping = false;
                 let side = &mut self.side;
                 platform.save(|buffer| side.image(buffer));
             }

@@ -1,11 +1,12 @@
-//! The records of the device: its calibration, and the identity of the unit. They are at the beginning of the buffer of the store,
-//! and are written before the first parameters of a slot.
+//! The records of the device: its calibration, the identity of the unit, and its usage. They are at the beginning of the buffer of the
+//! store, and are written before the first parameters of a slot.
 
 use super::{Buffer, Store};
 use crate::measure::calibration::{self, Calibration};
 use crate::store::record::{self, CALIBRATION_AT, CALIBRATION_SIZE, HEADER};
 use crate::store::survey::{Place, Survey};
 use crate::store::unit::{self, Unit};
+use crate::store::usage::{self, Usage};
 use core::ops::Range;
 use embedded_storage::nor_flash::NorFlash;
 
@@ -50,7 +51,7 @@ impl<M: NorFlash, B: Buffer> Store<M, B> {
     }
 
     /// Reads the records of the device from the memory into the buffer.
-    pub(super) fn read_device(&mut self, calibration: Place, identity: Place) {
+    pub(super) fn read_device(&mut self, calibration: Place, identity: Place, usage: usize) {
         let mut bytes = [0; calibration::SIZE];
         let mut unit = [0; unit::SIZE];
         // A read that fails gives zeros: the calibration that changes nothing, and an identity that gives nothing.
@@ -59,6 +60,11 @@ impl<M: NorFlash, B: Buffer> Store<M, B> {
         let _ = self.memory.read(calibration.address as u32, place);
         let unit = unit.get_mut(..identity.length).unwrap_or_default();
         let _ = self.memory.read(identity.address as u32, unit);
+        if B::USAGE && usage > 0 {
+            let mut bytes = [0; usage::SIZE];
+            self.has_usage = self.memory.read(usage as u32, &mut bytes).is_ok();
+            self.usage = Usage::decode(&bytes);
+        }
         self.seal_device((calibration.address > 0).then_some(&bytes), unit);
     }
 
@@ -78,6 +84,18 @@ impl<M: NorFlash, B: Buffer> Store<M, B> {
             .then(|| record::encode_unit(rest, sequence, unit))
             .flatten();
         self.device = start + size.unwrap_or(0);
+        if B::USAGE && self.has_usage {
+            self.seal_usage();
+        }
+    }
+
+    /// Writes the record of the usage into the buffer, behind the other records of the device.
+    pub(super) fn seal_usage(&mut self) {
+        let sequence = self.sequence.wrapping_add(1);
+        let place = self.buffer.as_mut().get_mut(self.device..);
+        let usage = self.usage.encode(self.owner.serial);
+        let size = record::encode_usage(place.unwrap_or_default(), sequence, &usage);
+        self.device += size.unwrap_or(0);
     }
 
     /// Whether a slot contains the records of the device that are in the buffer.
@@ -88,6 +106,15 @@ impl<M: NorFlash, B: Buffer> Store<M, B> {
             && self.is_at(survey.calibration.address, calibration)
             && survey.unit.length == self.unit
             && self.is_at(survey.unit.address, identity)
+            && (!B::USAGE || survey.usage > 0 || !self.has_usage)
+    }
+
+    /// Whether a calibration and an identity that are not complete are those in the buffer, so that nothing is lost.
+    pub(super) fn has(&mut self, torn: [Place; 2]) -> bool {
+        let places = [self.calibration_place(), self.identity_place()];
+        torn.into_iter().zip(places).all(|(torn, place)| {
+            torn.address == 0 || !place.is_empty() && self.is_at(torn.address, place)
+        })
     }
 
     /// Whether this part of the buffer is at an address.

@@ -13,10 +13,11 @@ pub mod sweep;
 pub mod tiltix;
 
 use plumbline::can::Frame;
+use plumbline::diagnosis::ResetCauses;
 use plumbline::measure::self_test::Working;
 use plumbline::measure::{Calibration, I32x3, ONE_G, Reading};
 use plumbline::node::{Action, Boot, BusEvent, Leds, Node};
-use plumbline::store::{StoreError, Unit};
+use plumbline::store::{StoreError, Unit, Usage};
 use plumbline::time::{Duration, Instant, millis};
 use plumbline::update::Installed;
 
@@ -48,6 +49,9 @@ pub struct Tester<N> {
     pub calibration: Calibration,
     /// The identity of the unit.
     pub unit: Unit,
+    /// What the device has been through, and the causes of the next start.
+    pub usage: Usage,
+    pub causes: ResetCauses,
     /// The program behind a bootloader, from the next power-up on.
     pub program: Option<Installed>,
     /// The result of the next saves; None: a save runs until `finish_save`.
@@ -101,6 +105,8 @@ impl<N: Node> Tester<N> {
             memory,
             calibration: Calibration::IDENTITY,
             unit,
+            usage: Usage::NONE,
+            causes: ResetCauses::NONE,
             program: None,
             memory_works: Some(true),
             force: [0, 0, ONE_G],
@@ -150,6 +156,8 @@ impl<N: Node> Tester<N> {
             serial: SERIAL,
             kept,
             unit: self.unit,
+            usage: self.usage,
+            causes: self.causes,
             program: self.program,
         };
         self.actions.clear();

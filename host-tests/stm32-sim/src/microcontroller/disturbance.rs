@@ -36,4 +36,9 @@ impl Microcontroller {
     pub fn reset_by_pin(&mut self) {
         self.reset(ResetCause::Pin);
     }
+
+    /// Resets it, as a supply does that is low for a moment.
+    pub fn reset_by_low_supply(&mut self) {
+        self.reset(ResetCause::BrownOut);
+    }
 }

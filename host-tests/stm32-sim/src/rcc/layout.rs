@@ -68,6 +68,8 @@ pub(super) struct Layout {
     pub(super) ahb_enable_reset: u32,
     /// The flags in RCC_CSR after power-on.
     pub(super) power_on_flags: u32,
+    /// The flags that a low supply sets.
+    pub(super) brown_out_flags: u32,
     pub(super) limits: Limits,
     reserved: Reserved,
 }
@@ -151,6 +153,7 @@ static F103: Layout = Layout {
     // Clocks of SRAM and flash interface in sleep mode.
     ahb_enable_reset: 0x14,
     power_on_flags: PIN_RESET | POWER_ON_RESET,
+    brown_out_flags: PIN_RESET | POWER_ON_RESET,
     limits: Limits {
         sysclk: 72_000_000,
         sysclk_reason: "SYSCLK above 72 MHz",
@@ -197,6 +200,7 @@ static F446: Layout = Layout {
     pll_reset: 0x2400_3010,
     ahb_enable_reset: 0x0010_0000,
     power_on_flags: BROWN_OUT_RESET | PIN_RESET | POWER_ON_RESET,
+    brown_out_flags: BROWN_OUT_RESET | PIN_RESET,
     // DS10693: at scale 1 without over-drive, the reset value of PWR_CR.VOS, SYSCLK is at most 168 MHz.
     limits: Limits {
         sysclk: 168_000_000,

@@ -158,6 +158,18 @@ pub trait Master {
         Ok(None)
     }
 
+    /// A value that the firmware of this project tells of itself ([`plumbline::diagnosis`]); None: the sensor does not tell it. It is only
+    /// asked at a sensor that has answered, of this product.
+    ///
+    /// # Errors
+    /// The adapter fails.
+    fn diagnosis(
+        &self,
+        link: &mut Link,
+        product: &Product,
+        number: u8,
+    ) -> Result<Option<u32>, Error>;
+
     /// Restarts the sensor into its bootloader.
     ///
     /// # Errors

@@ -2,6 +2,7 @@
 
 mod finding;
 pub(crate) mod traffic;
+mod usage;
 
 use crate::connect::{self, RATES};
 use crate::counted::{self, Errors};
@@ -22,6 +23,7 @@ use plumbline::time::{Duration, Instant, after, millis};
 use serde::Serialize;
 use serde_json::Value;
 use traffic::Traffic;
+use usage::Usage;
 
 /// The load from which on frames of low priority wait long, in percent.
 const BUSY: f64 = 70.0;
@@ -66,6 +68,8 @@ pub struct Report {
     pub identifiers: Vec<Row>,
     /// The sensors that have answered.
     pub sensors: Vec<String>,
+    /// What those of them tell of themselves that have the firmware of this project.
+    pub usage: Vec<Usage>,
     /// What is wrong.
     pub findings: Vec<Finding>,
 }
@@ -103,11 +107,12 @@ impl Report {
             let errors = errors.map_or(String::new(), |errors| format!(", {}", Errors(errors)));
             lines.push(format!("  {id}: {}{errors}", counted::Frames(*frames)));
         }
-        lines.extend(
-            self.sensors
-                .iter()
-                .map(|sensor| format!("  answers: {sensor}")),
-        );
+        for sensor in &self.sensors {
+            lines.push(format!("  answers: {sensor}"));
+            let told = self.usage.iter().filter(|usage| usage.sensor == *sensor);
+            let told = told.flat_map(Usage::lines);
+            lines.extend(told.map(|line| format!("    {line}")));
+        }
         lines.extend(self.findings.iter().map(Finding::to_string));
         if self.findings.is_empty() {
             lines.push("no fault was found".to_owned());
@@ -156,11 +161,18 @@ fn examine(link: &mut Link, request: Request, terminal: &mut Terminal) -> Result
         None => Seen::listen(link, Some(RATES[0]), millis(0), terminal)?,
     };
     findings.extend(seen.findings());
-    let mut sensors = Vec::new();
+    let mut answers = Answers::default();
     if request.active {
-        active(link, rate, &seen, &mut sensors, &mut findings)?;
+        active(link, rate, &seen, &mut answers, &mut findings)?;
     }
-    Ok(seen.report(sensors, findings))
+    Ok(seen.report(answers, findings))
+}
+
+/// What sensors have answered.
+#[derive(Default)]
+struct Answers {
+    sensors: Vec<String>,
+    usage: Vec<Usage>,
 }
 
 /// What was seen at a bit rate.
@@ -276,7 +288,7 @@ impl Seen {
         findings
     }
 
-    fn report(self, sensors: Vec<String>, findings: Vec<Finding>) -> Report {
+    fn report(self, answers: Answers, findings: Vec<Finding>) -> Report {
         let rows = self.traffic.identifiers.iter().map(|own| Row {
             id: shown(own.id),
             frames: own.frames,
@@ -290,7 +302,8 @@ impl Seen {
             load,
             errors: self.errors,
             identifiers: rows.collect(),
-            sensors,
+            sensors: answers.sensors,
+            usage: answers.usage,
             findings,
         }
     }
@@ -317,7 +330,7 @@ fn active(
     link: &mut Link,
     rate: Option<BitRate>,
     seen: &Seen,
-    sensors: &mut Vec<String>,
+    answers: &mut Answers,
     findings: &mut Vec<Finding>,
 ) -> Result<(), Error> {
     let is_silent = seen.traffic.frames == 0;
@@ -342,12 +355,17 @@ fn active(
             if answer.is_none() {
                 answer = identify::ask_all(link, *target, identify::PATIENT)?;
             }
-            told.extend(answer);
+            if let Some(found) = answer {
+                answers
+                    .usage
+                    .extend(Usage::ask(link, &found, found.line(*rate))?);
+                told.push(found);
+            }
         }
         let errors = link.adapter().errors().unwrap_or(0);
         link.close();
         for found in &told {
-            sensors.push(found.line(*rate));
+            answers.sensors.push(found.line(*rate));
             if !found.twins.is_empty() {
                 findings.push(Finding::Twins(found.twins().into()));
             }

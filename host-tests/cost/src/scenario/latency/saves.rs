@@ -8,6 +8,9 @@ use crate::CostError;
 use can_wire::frame_length::frame_bits;
 use erases::Erases;
 
+/// The time after which the usage of the device is kept, in us. From then on each page has it.
+const KEPT: u64 = 11_000_000;
+
 /// The maximum time of a save that erases a page, in us.
 const ERASING: u64 = 60_000;
 
@@ -17,6 +20,7 @@ impl Scenario {
         let protocol = self.protocol;
         let sync = self.asked(protocol.sync, protocol.sync_code)?;
         let read = self.asked(protocol.read, protocol.read_code)?;
+        self.rig.run(us(KEPT));
         self.save_until_erase()?;
         let between = self.save_until_erase()? - 1;
         self.figures.insert("saves_between", between);

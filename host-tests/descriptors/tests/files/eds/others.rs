@@ -5,6 +5,7 @@ use super::sheet::Sheet;
 use bench::NodeType;
 use bench::script::LEVEL;
 use plumbline::can::{Frame, standard};
+use plumbline::diagnosis::{LAST, OBJECT};
 use plumbline::node::{Boot, Node};
 use plumbline::time::Instant;
 use std::collections::BTreeSet;
@@ -34,18 +35,39 @@ impl Jn2101 {
         frame
     }
 
-    /// The abort code of an SDO request.
-    fn abort(&mut self, command: u8, (index, sub): (u16, u8)) -> u32 {
+    /// The reply to an SDO request.
+    fn reply(&mut self, command: u8, (index, sub): (u16, u8)) -> [u8; 8] {
         let [low, high] = index.to_le_bytes();
         let request = [command, low, high, sub, 0, 0, 0, 0];
         let request = Frame::data(standard(0x60A), &request).expect("eight bytes");
         self.0.receive(NOW, &request);
         let reply = self.sent();
         assert_eq!(reply.id(), standard(0x58A));
-        match *reply.bytes() {
+        reply.bytes().try_into().expect("eight bytes")
+    }
+
+    /// The abort code of an SDO request.
+    fn abort(&mut self, command: u8, (index, sub): (u16, u8)) -> u32 {
+        match self.reply(command, (index, sub)) {
             [0x80, _, _, _, a, b, c, d] => u32::from_le_bytes([a, b, c, d]),
-            _ => panic!("{index:04X}h:{sub:02X}: {reply:?}"),
+            reply => panic!("{index:04X}h:{sub:02X}: {reply:02X?}"),
         }
+    }
+}
+
+/// The object with which a sensor tells of itself. The original does not have it, so no data sheet has it; each sub-index beyond is refused.
+#[test]
+fn object_of_the_diagnosis_is_in_the_sensor_and_not_in_the_data_sheet() {
+    let sheet = Sheet::parse(&super::text());
+    assert!(!sheet.indices().contains(&OBJECT));
+    let mut node = Jn2101::new();
+    for sub in 0..=LAST {
+        let reply = node.reply(0x40, (OBJECT, sub));
+        assert!(matches!(reply[0], 0x43 | 0x4F), "{sub}: {reply:02X?}");
+    }
+    for sub in LAST + 1..=u8::MAX {
+        assert_eq!(node.abort(0x40, (OBJECT, sub)), NO_SUB_INDEX, "{sub:02X}h");
+        assert_eq!(node.abort(0x2F, (OBJECT, sub)), NO_SUB_INDEX, "{sub:02X}h");
     }
 }
 
@@ -56,7 +78,8 @@ fn sensor_has_no_other_objects() {
     let described: BTreeSet<_> = variables.map(|variable| variable.address).collect();
     let indices: BTreeSet<_> = sheet.indices().into_iter().collect();
     let mut node = Jn2101::new();
-    for index in 0..=u16::MAX {
+    // Its own test is above.
+    for index in (0..=u16::MAX).filter(|index| *index != OBJECT) {
         let (subs, expected) = if indices.contains(&index) {
             (0..=u8::MAX, NO_SUB_INDEX)
         } else {

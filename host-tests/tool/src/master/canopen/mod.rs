@@ -17,8 +17,8 @@ mod session;
 mod signs;
 
 pub(super) use session::{
-    commands, enter_bootloader, is_stopped, load, loads_at_restart, object, own, program, read,
-    save, write,
+    commands, diagnosis, enter_bootloader, is_stopped, load, loads_at_restart, object, own,
+    program, read, save, write,
 };
 
 use super::{AddressCommand, Master, Program, Protocol, Roles, Storing, Target};
@@ -167,6 +167,15 @@ impl Master for Node {
 
     fn program(&self, session: &mut Session) -> Result<Option<Program>, Error> {
         program(session, self.server())
+    }
+
+    fn diagnosis(
+        &self,
+        link: &mut Link,
+        _product: &Product,
+        number: u8,
+    ) -> Result<Option<u32>, Error> {
+        diagnosis(link, self.server(), number)
     }
 
     fn enter_bootloader(&self, session: &mut Session) -> Result<(), Error> {

@@ -11,6 +11,7 @@ use crate::session::{Session, unexpected};
 use crate::sheet::{Address, Entry};
 use plumbline::can::BitRate;
 use plumbline::canopen::dictionary::{Service, Starts, Target, Use};
+use plumbline::diagnosis;
 use plumbline::model::listing::canopen::Tables;
 use plumbline::param::number;
 use plumbline::update::Hardware;
@@ -125,6 +126,18 @@ fn number_of_program(
         Answer::Aborted(_) => Ok(None),
         answer => Ok(Some(number(&answer.must(server, What::Program)?))),
     }
+}
+
+/// A value that the firmware of this project tells of itself.
+pub(in crate::master) fn diagnosis(
+    link: &mut Link,
+    server: Server,
+    value: u8,
+) -> Result<Option<u32>, Error> {
+    Ok(match server.read(link, diagnosis::OBJECT, value)? {
+        Answer::Done(bytes) => (bytes.len() == 4).then(|| number(&bytes)),
+        Answer::Aborted(_) | Answer::Silent => None,
+    })
 }
 
 /// Whether the program is stopped: the bootloader answers.

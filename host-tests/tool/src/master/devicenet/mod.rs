@@ -21,7 +21,7 @@ use crate::master::canopen::{
     self,
     sdo::{self, Server},
 };
-use crate::master::devicenet::explicit::{Path, Slave};
+use crate::master::devicenet::explicit::{Path, Response, Slave};
 use crate::ops::address::change;
 use crate::ops::identity::Values;
 use crate::ops::raw::{bad, bytes};
@@ -34,8 +34,11 @@ use crate::session::unexpected;
 use crate::sheet::Entry;
 use plumbline::can::{CanId, Frame};
 use plumbline::devicenet::identifiers::{group_2, group_2_id};
+use plumbline::devicenet::service;
+use plumbline::diagnosis;
 use plumbline::model::catalog::{self, Product};
 use plumbline::model::listing::devicenet::Tables;
+use plumbline::param::number;
 use plumbline::time::{Duration, millis};
 
 /// The protocol.
@@ -152,6 +155,25 @@ impl Master for Slave {
 
     fn program(&self, session: &mut Session) -> Result<Option<Program>, Error> {
         self.program_in(session)
+    }
+
+    fn diagnosis(
+        &self,
+        link: &mut Link,
+        _product: &Product,
+        value: u8,
+    ) -> Result<Option<u32>, Error> {
+        self.allocate(link)?;
+        let path = Path {
+            class: diagnosis::CLASS,
+            instance: 1,
+        };
+        let response = self.explicit(link, service::GET, path, &[value]);
+        Slave::release(*self, link)?;
+        Ok(match response? {
+            Response::Done(bytes) => (bytes.len() == 4).then(|| number(&bytes)),
+            Response::Refused(..) | Response::Silent => None,
+        })
     }
 
     fn enter_bootloader(&self, session: &mut Session) -> Result<(), Error> {

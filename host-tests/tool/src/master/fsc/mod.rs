@@ -16,7 +16,7 @@ use crate::error::{Error, RequestError, What};
 use crate::identify::Found;
 use crate::link::Link;
 use crate::master::canopen::sdo::Server;
-use crate::master::fsc::request::Sensor;
+use crate::master::fsc::request::{self as fsc, Sensor};
 use crate::number::identifier;
 use crate::number::shown;
 use crate::ops::identity::Values;
@@ -28,11 +28,12 @@ use crate::session::unexpected;
 use crate::sheet::Entry;
 use angles::Angles;
 use plumbline::can::CanId;
+use plumbline::diagnosis;
 use plumbline::fsc::table::Operation;
 use plumbline::fsc::{Condition as Bit, StatusBit};
 use plumbline::model::catalog::{self, PRODUCTS, Product};
 use plumbline::model::listing::fsc::Tables;
-use plumbline::param::ParameterId;
+use plumbline::param::{ParameterId, number};
 use plumbline::time::Duration;
 
 /// The protocol.
@@ -186,6 +187,27 @@ impl Master for Sensor {
 
     fn program(&self, session: &mut Session) -> Result<Option<Program>, Error> {
         self.program_in(session)
+    }
+
+    fn diagnosis(
+        &self,
+        link: &mut Link,
+        product: &Product,
+        value: u8,
+    ) -> Result<Option<u32>, Error> {
+        let reply = fsc::ask(link, *self, diagnosis::CODE, &[value], fsc::ANSWER)?;
+        let data = reply.map(|reply| reply.data).unwrap_or_default();
+        if let [own, ref bytes @ ..] = data[..]
+            && own == value
+            && bytes.len() == 4
+        {
+            return Ok(Some(number(bytes)));
+        }
+        // The refusal stays in the status until it is read.
+        if let Some(tables) = tables(product) {
+            fsc::earlier(link, *self, tables)?;
+        }
+        Ok(None)
     }
 
     fn enter_bootloader(&self, session: &mut Session) -> Result<(), Error> {

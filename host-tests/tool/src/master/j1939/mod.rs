@@ -139,6 +139,15 @@ impl Master for Ca {
         canopen::program(session, self.server())
     }
 
+    fn diagnosis(
+        &self,
+        link: &mut Link,
+        _product: &Product,
+        number: u8,
+    ) -> Result<Option<u32>, Error> {
+        canopen::diagnosis(link, self.server(), number)
+    }
+
     fn enter_bootloader(&self, session: &mut Session) -> Result<(), Error> {
         canopen::enter_bootloader(session, self.server())
     }

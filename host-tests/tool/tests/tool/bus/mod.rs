@@ -14,6 +14,7 @@ mod decode;
 mod decode_eds;
 mod decode_view;
 mod doctor;
+mod doctor_usage;
 mod documents;
 mod eds_files;
 mod every_rate;
