@@ -9,13 +9,13 @@ use embedded_can::{ExtendedId, StandardId};
 
 /// A CAN 2.0 A or B frame: identifier, remote flag and 0 to 8 data bytes.
 ///
-/// It consists of four words and is copied word by word. With an [`Id`] and a bool, an `Option` of a frame would be copied byte
-/// by byte, which would be half of the time from a request to its reply.
+/// It consists of four words and is copied word by word: also its length is a word. With an [`Id`] and a bool, an `Option` of a frame would be
+/// copied byte by byte, which would be half of the time from a request to its reply.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub struct Frame {
     /// A [`CanId`] and [`REMOTE`].
     head: u32,
-    length: u8,
+    length: u32,
     data: [u8; 8],
 }
 
@@ -90,7 +90,7 @@ impl Frame {
         copy(bytes.get_mut(..data.len())?, data);
         Some(Self {
             head: CanId::from(id).0,
-            length: data.len() as u8,
+            length: data.len() as u32,
             data: bytes,
         })
     }
@@ -112,7 +112,7 @@ impl Frame {
     pub(crate) fn word(id: impl Into<CanId>, data: u64, length: u8) -> Self {
         Self {
             head: id.into().0,
-            length,
+            length: length.into(),
             data: data.to_le_bytes(),
         }
     }
@@ -121,7 +121,7 @@ impl Frame {
     pub fn remote(id: Id, length: usize) -> Option<Self> {
         (length <= 8).then_some(Self {
             head: CanId::from(id).0 | REMOTE,
-            length: length as u8,
+            length: length as u32,
             data: [0; 8],
         })
     }
