@@ -27,6 +27,8 @@ texts! {
             "der Sensor hatte vor diesem Befehl den Fehler {name}; der Befehl hat ihn gelöscht";
         PdoOff(name: String) = "the PDO of {name} stays switched off. To switch it on, set {name}",
             "das PDO von {name} bleibt ausgeschaltet. Um es einzuschalten, setzen Sie {name}";
+        NoAngles = "the sensor has had no valid angle for 3 s without a break (`plumbline watch` shows its status): its angles are not compared",
+            "der Sensor hatte nie 3 s lang einen gültigen Winkel (`plumbline watch` zeigt seinen Status): Seine Winkel werden nicht verglichen";
         SwitchOn(name: String, product: &'static str) = "switch on the next sensor: {name} ({product})", "schalten Sie den nächsten Sensor ein: {name} ({product})";
         Scans(product: &'static str) = "looking for sensors of {product} by LSS: all nodes with LSS lose their node-ID until they get one, or until their restart",
             "sucht Sensoren von {product} durch LSS: Alle Knoten mit LSS verlieren ihre Node-ID, bis sie eine bekommen oder neu starten";

@@ -158,8 +158,8 @@ pub trait Master {
         Ok(None)
     }
 
-    /// A value that the firmware of this project tells of itself ([`plumbline::diagnosis`]); None: the sensor does not tell it. It is only
-    /// asked at a sensor that has answered, of this product.
+    /// A value of the diagnostic data of this project ([`plumbline::diagnosis`]); None: the sensor does not have it. Call it only
+    /// for a sensor of this product that has answered.
     ///
     /// # Errors
     /// The adapter fails.
@@ -324,6 +324,8 @@ pub struct Condition {
     pub name: &'static str,
     /// The sensor has an error.
     pub is_error: bool,
+    /// An angle is not valid: outside its range, or not measured.
+    pub spoils_angle: bool,
 }
 
 /// Makes [`Target`] and [`PROTOCOLS`] of a line for each protocol.

@@ -7,8 +7,9 @@ pub mod report;
 use super::rest::{self, thousandths, wrapped};
 use super::{backup, get, identity, restore};
 use crate::backup::Backup;
-use crate::error::{Error, FileError, RequestError};
+use crate::error::{Error, FileError, RequestError, SensorError};
 use crate::identify::Found;
+use crate::note::Note;
 use crate::output::Terminal;
 use crate::question::{Name, Question};
 use crate::sample::Sampler;
@@ -71,6 +72,7 @@ pub(crate) fn write(
         not_carried,
         identity: identities(old, &told.unit, session.sheet.product),
         replies: compared(&old.replies, &new_replies),
+        not_compared: not_compared(&session.sheet, &old.angles, &measured),
         angles: compared_angles(&old.angles, &measured),
     })
 }
@@ -85,17 +87,20 @@ fn described(session: &Session) -> Result<(), Error> {
 
 /// Refuses a sensor of another maker or with other angles. Generations of one maker have the same.
 fn check_product(session: &Session, old: &Old) -> Result<(), Error> {
-    let names = |sheet: &Sheet| -> Vec<String> {
-        let angles = sheet.product.guide.angles.iter();
-        let angles = angles.filter_map(|id| sheet.value(*id));
-        angles.map(|entry| entry.name.clone()).collect()
-    };
     let (own, wanted) = (session.sheet.product, old.backup.sheet.product);
-    let is_same = own.maker == wanted.maker && names(&session.sheet) == names(&old.backup.sheet);
+    let is_same =
+        own.maker == wanted.maker && angle_names(&session.sheet) == angle_names(&old.backup.sheet);
     match is_same {
         true => Ok(()),
         false => Err(FileError::OtherProduct(wanted.name, own.name).into()),
     }
+}
+
+/// The names of the angles of a product.
+fn angle_names(sheet: &Sheet) -> Vec<String> {
+    let angles = sheet.product.guide.angles.iter();
+    let angles = angles.filter_map(|id| sheet.value(*id));
+    angles.map(|entry| entry.name.clone()).collect()
 }
 
 /// The settings of the old sensor as those of the product of the new one, and those that it does not have or does not permit.
@@ -143,11 +148,18 @@ fn replies(session: &mut Session) -> Result<Vec<(String, String)>, Error> {
     Ok(replies)
 }
 
-/// The angles, when the sensor is at rest.
+/// The angles, when the sensor is at rest; none if they are not valid.
 fn angles(session: &mut Session, terminal: &mut Terminal) -> Result<Vec<Measured>, Error> {
     let mut sampler = Sampler::new(session)?;
     let angles = sampler.entries();
-    let rest = rest::wait(session, &mut sampler, &angles, terminal)?;
+    let rest = match rest::wait(session, &mut sampler, &angles, terminal) {
+        // A broken sensor is replaced all the same.
+        Err(Error::Sensor(SensorError::NoValidAngle)) => {
+            terminal.note(&Note::NoAngles);
+            return Ok(Vec::new());
+        }
+        rest => rest?,
+    };
     let measured = angles.iter().zip(rest).map(|(entry, rest)| Measured {
         name: entry.name.clone(),
         angle: thousandths(rest.angle),
@@ -224,6 +236,15 @@ fn compared_angles(old: &[Measured], new: &[Measured]) -> Vec<Angle> {
         Some(Angle::new(own, new, difference))
     });
     rows.collect()
+}
+
+/// The angles that one of both sensors does not have.
+fn not_compared(sheet: &Sheet, old: &[Measured], new: &[Measured]) -> Vec<String> {
+    let has = |angles: &[Measured], name: &str| angles.iter().any(|own| own.name == name);
+    let names = angle_names(sheet).into_iter();
+    names
+        .filter(|name| !has(old, name) || !has(new, name))
+        .collect()
 }
 
 #[cfg(test)]

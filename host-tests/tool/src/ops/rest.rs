@@ -141,8 +141,8 @@ pub fn wait(
                 let own = places.iter();
                 let own = own.map(|(place, scale)| angle(&sample, *place, scale));
                 match own.collect() {
-                    Some(angles) => window.push(angles),
-                    None => window.clear(),
+                    Some(angles) if !is_spoiled(session, &sample) => window.push(angles),
+                    _ => window.clear(),
                 }
             }
             None => window.clear(),
@@ -174,6 +174,15 @@ pub fn wait(
             return Err(stopped());
         }
     }
+}
+
+/// Whether the sensor reports with the sample that an angle is not valid.
+fn is_spoiled(session: &Session, sample: &Sample) -> bool {
+    let product = session.sheet.product;
+    let conditions = sample
+        .status
+        .map(|status| session.target.conditions(product, status));
+    conditions.into_iter().flatten().any(|bit| bit.spoils_angle)
 }
 
 fn angle(sample: &Sample, place: usize, scale: &Scale) -> Option<f64> {

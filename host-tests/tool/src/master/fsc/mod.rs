@@ -27,6 +27,7 @@ use crate::session::Session;
 use crate::session::unexpected;
 use crate::sheet::Entry;
 use angles::Angles;
+use plumbline::application::Faults;
 use plumbline::can::CanId;
 use plumbline::diagnosis;
 use plumbline::fsc::table::Operation;
@@ -181,6 +182,7 @@ impl Master for Sensor {
                 bit.condition,
                 Bit::Never | Bit::DefaultParam | Bit::AutobaudDetection
             ),
+            spoils_angle: matches!(bit.condition, Bit::Fault(Faults::X | Faults::Y)),
         };
         active.map(condition).collect()
     }

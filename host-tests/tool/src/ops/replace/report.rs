@@ -92,16 +92,18 @@ pub struct Replaced {
     pub replies: Vec<Compared>,
     /// The angles.
     pub angles: Vec<Angle>,
+    /// The angles that are not compared, because one of both sensors had no valid one.
+    pub not_compared: Vec<String>,
 }
 
 impl Replaced {
-    /// The differences: settings, settings that are not carried, missing replies, angles.
+    /// The differences: settings, settings that are not carried, missing replies, angles, angles that are not compared.
     pub fn differences(&self) -> usize {
         let settings = self.settings.iter().filter(|own| !own.is_equal()).count();
         let replies = self.replies.iter();
         let missing = replies.filter(|own| own.new.is_none()).count();
         let angles = self.angles.iter().filter(|own| !own.is_equal()).count();
-        settings + self.not_carried.len() + missing + angles
+        settings + self.not_carried.len() + missing + angles + self.not_compared.len()
     }
 
     /// The text that a user signs.
@@ -135,7 +137,11 @@ impl Replaced {
                 own.name, own.old, own.new, own.difference, own.spread
             )
         });
-        section("Angles at rest (old, new)", rows.collect());
+        let none = self.not_compared.iter();
+        let none = none.map(|name| {
+            format!("  {name:<36} not compared: one of both sensors had no valid angle   DIFFERENT")
+        });
+        section("Angles at rest (old, new)", rows.chain(none).collect());
         lines.push(String::new());
         lines.push(match self.differences() {
             0 => format!("Result: no differences; angles within {AGREES} deg"),
@@ -182,6 +188,7 @@ mod tests {
             identity: Vec::new(),
             replies: vec![compared("software-version", "3.44", Some("3.45"))],
             angles: vec![Angle::new(&measured(1.0), &measured(1.4), 0.4)],
+            not_compared: Vec::new(),
         }
     }
 

@@ -57,6 +57,18 @@ fn number(document: &Value, name: &str) -> f64 {
     document[name]["value"].as_f64().expect("a number")
 }
 
+/// Table 12: SensorErrorX and SensorErrorY. An accelerometer without gravity is defective.
+#[test]
+fn angles_of_a_sensor_with_an_error_are_not_taken() {
+    for product in ["is1", "is2"] {
+        let mut rig = placed(product, Box::new(Reading::default()));
+        let before = rig.done("backup -");
+        let refused = rig.fails("align --save");
+        assert_eq!(refused, (1, "no-angle".to_owned()), "{product}");
+        assert_eq!(rig.done("backup -"), before, "{product}");
+    }
+}
+
 #[test]
 fn align_of_every_product_makes_the_offset_of_the_mounting_zero() {
     for (product, [x, y]) in [

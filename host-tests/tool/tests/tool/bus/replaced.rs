@@ -115,6 +115,35 @@ fn angle_that_differs_is_a_difference() {
     }
 }
 
+/// The old sensor is broken: everything else is carried.
+#[test]
+fn angles_of_a_broken_sensor_are_neither_kept_nor_compared() {
+    let mut old = Rig::with("is2");
+    old.done("set cyclic-time=100ms --save");
+    let id = old.first();
+    let broken = Box::new(plumbline::measure::Reading::default());
+    old.bus.borrow_mut().device_mut(id).set_motion(broken);
+    old.run(3000);
+    let path = file("replaced-broken.toml").display().to_string();
+    let ended = old.tool(&format!("replace read {path}"));
+    assert_eq!(ended.code, 0, "{ended:?}");
+    assert!(ended.notes.contains("no valid angle"), "{ended:?}");
+    let kept = fs::read_to_string(&path).expect("a file");
+    assert!(kept.ends_with("[angles]\n"), "{kept}");
+    let mut rig = Rig::with("is2");
+    let ended = rig.tool(&format!("replace write {path}"));
+    assert_eq!(ended.code, 1, "{ended:?}");
+    for part in ["angle-x", "angle-y"] {
+        let row = ended
+            .out
+            .lines()
+            .find(|line| line.contains("not compared") && line.contains(part));
+        assert!(row.is_some(), "{part}: {ended:?}");
+    }
+    assert!(ended.out.contains("Result: differences: 2"), "{ended:?}");
+    assert_eq!(rig.json("get cyclic-time")["cyclic-time"]["raw"], 100);
+}
+
 #[test]
 fn missing_file_of_the_old_sensor_names_the_command_that_writes_it() {
     let mut rig = fresh("is2");
