@@ -140,8 +140,7 @@ impl<P: Product> Services<P> {
             Some(Service::ErrorRegister) => self.emergency.register().into(),
             Some(Service::ErrorCount) => self.emergency.count(),
             Some(Service::ErrorHistory | Service::ErrorHistoryOrZero) => {
-                let [low, high, status, _] = self.emergency.entry(sub).to_le_bytes();
-                u32::from_le_bytes([low, high, P::additional(status), 0])
+                P::logged(self.emergency.entry(sub))
             }
             Some(Service::SerialNumber) => cx.shell.serial(),
             // The device stores and restores on command (7.5.2.13 of CiA 301).

@@ -135,9 +135,15 @@ pub trait Product: Sized + Send + 'static {
     /// The selectors and the bit rates of [`LSS_TABLES`](Self::LSS_TABLES).
     const LSS_RATES: &'static [LssRates];
 
-    /// The additional information in emergency messages and in the history: the status byte, or another number.
+    /// The additional information in emergency messages: the status byte, or another number.
     fn additional(status: u8) -> u8 {
         status
+    }
+
+    /// An error in the history (1003h): the first four bytes of its emergency message, with the status byte, or some of them. Bits 0 to 15
+    /// are its code.
+    fn logged(message: u32) -> u32 {
+        message
     }
 
     /// Whether an object of the communication profile can be written in this NMT state.

@@ -42,8 +42,8 @@ fn fault_sends_error_when_it_begins_and_reset_when_it_ends() {
         ]
     );
     assert_eq!(emergency.count(), 2);
-    assert_eq!(emergency.entry(1), 0x09_5000);
-    assert_eq!(emergency.entry(2), 0x01_9000);
+    assert_eq!(emergency.entry(1), 0x0911_5000);
+    assert_eq!(emergency.entry(2), 0x0101_9000);
     assert_eq!(emergency.entry(3), 0);
     assert_eq!(emergency.register(), 0x11);
 }
@@ -58,7 +58,7 @@ fn full_history_drops_oldest_error() {
     assert_eq!(emergency.count(), 2);
     assert_eq!(
         (emergency.entry(1), emergency.entry(2)),
-        (0x09_5000, 0x01_9000)
+        (0x0911_5000, 0x0101_9000)
     );
     emergency.clear_history();
     assert_eq!(emergency.count(), 0);

@@ -172,6 +172,11 @@ impl canopen::Product for Ims360Product {
         0
     }
 
+    /// 7.2.3: only the code.
+    fn logged(message: u32) -> u32 {
+        message & 0xFFFF
+    }
+
     fn is_writable(index: u16, state: nmt::State) -> bool {
         !matches!(index, 0x1005 | 0x1014) || state == nmt::State::PreOperational
     }

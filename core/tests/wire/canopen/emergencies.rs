@@ -117,7 +117,7 @@ fn range_of_45_degrees_is_that_of_both_axes_in_both_directions() {
         assert_eq!(t.sent_text(), ["08A#0090010200000000"], "{x} {y}");
         assert_eq!(t.read(0x1001, 0), Ok(1));
         assert_eq!(t.read(0x1003, 0), Ok(1));
-        assert_eq!(t.read(0x1003, 1), Ok(0x0002_9000));
+        assert_eq!(t.read(0x1003, 1), Ok(0x0201_9000));
     }
 }
 
@@ -160,7 +160,7 @@ fn error_passive_before_the_boot_up_message_is_sent_after_it() {
     assert_eq!(t.sent_text(), ["70A#00", "08A#2081112000000000"]);
     t.bus(state(BusState::Active));
     assert_eq!(t.sent_text(), ["08A#0000000000000000"]);
-    assert_eq!(t.read(0x1003, 1), Ok(0x0020_8120));
+    assert_eq!(t.read(0x1003, 1), Ok(0x2011_8120));
 }
 
 #[test]
@@ -181,7 +181,7 @@ fn supply_outside_its_limits_is_reported_with_hysteresis() {
         let expected: Vec<_> = message.into_iter().collect();
         assert_eq!(t.sent_text(), expected, "{millivolts} mV");
     }
-    assert_eq!(t.read(0x1003, 1), Ok(0x0010_3100));
+    assert_eq!(t.read(0x1003, 1), Ok(0x1005_3100));
     // Generic and voltage; an event in between has the bits of the lasting fault.
     t.supply(5_000);
     t.sent_text();
@@ -191,7 +191,7 @@ fn supply_outside_its_limits_is_reported_with_hysteresis() {
         t.sent_text(),
         ["08A#1081151000000000", "08A#0000051000000000"]
     );
-    assert_eq!(t.read(0x1003, 1), Ok(0x0010_8110));
+    assert_eq!(t.read(0x1003, 1), Ok(0x1015_8110));
 }
 
 #[test]
@@ -212,6 +212,7 @@ fn temperature_outside_limits_sends_emergency() {
     assert_eq!(t.read_i32(0x4080), -401);
 }
 
+/// 7.6.1: an entry of 1003h has the first bytes of the message: code, error register (1001h), manufacturer-specific field.
 #[test]
 fn faults_end_one_by_one() {
     let mut t = booted();
@@ -224,8 +225,8 @@ fn faults_end_one_by_one() {
     t.temperature = 20_00;
     assert_eq!(t.wait_text(200)[0].1, "08A#0000000000000000");
     assert_eq!(t.read(0x1003, 0), Ok(2));
-    assert_eq!(t.read(0x1003, 1), Ok(0x0006_9000));
-    assert_eq!(t.read(0x1003, 2), Ok(0x0004_4200));
+    assert_eq!(t.read(0x1003, 1), Ok(0x0609_9000));
+    assert_eq!(t.read(0x1003, 2), Ok(0x0409_4200));
     assert_eq!(t.read(0x1003, 3), Ok(0));
     assert_eq!(t.write(0x1003, 0, 4, 0), Ok(()));
     assert_eq!(t.read(0x1003, 0), Ok(0));
@@ -242,12 +243,12 @@ fn history_keeps_newest_fifty_errors() {
         t.sent_text();
     }
     assert_eq!(t.read(0x1003, 0), Ok(50));
-    assert_eq!(t.read(0x1003, 1), Ok(0x0000_8110));
-    assert_eq!(t.read(0x1003, 50), Ok(0x0020_8120));
+    assert_eq!(t.read(0x1003, 1), Ok(0x0011_8110));
+    assert_eq!(t.read(0x1003, 50), Ok(0x2011_8120));
     t.bus(BusEvent::Overrun);
     t.sent_text();
     assert_eq!(t.read(0x1003, 0), Ok(50));
-    assert_eq!(t.read(0x1003, 50), Ok(0x0000_8110));
+    assert_eq!(t.read(0x1003, 50), Ok(0x0011_8110));
 }
 
 #[test]
@@ -273,7 +274,7 @@ fn bus_faults_send_emergencies() {
         t.sent_text(),
         ["08A#4081118000000000", "08A#0000000000000000"]
     );
-    assert_eq!(t.read(0x1003, 1), Ok(0x0080_8140));
+    assert_eq!(t.read(0x1003, 1), Ok(0x8011_8140));
 }
 
 #[test]
@@ -340,7 +341,7 @@ fn overrun_has_no_bit_in_the_status_byte() {
     // All bits except that of 8140h, which is a momentary fault.
     let expected = ["08A#1081 1D 7F00000000", "08A#0000 1D 7F00000000"];
     assert_eq!(t.sent_text(), expected.map(|text| text.replace(' ', "")));
-    assert_eq!(t.read(0x1003, 1), Ok(0x007F_8110));
+    assert_eq!(t.read(0x1003, 1), Ok(0x7F1D_8110));
 }
 
 /// The first message is sent, the others wait for the inhibit time.

@@ -171,7 +171,7 @@ fn life_guarding_time_out_sends_emergency() {
     );
     assert_eq!(t.read(0x1001, 0), Ok(0x11));
     assert_eq!(t.read(0x1003, 0), Ok(1));
-    assert_eq!(t.read(0x1003, 1), Ok(0x0040_8130));
+    assert_eq!(t.read(0x1003, 1), Ok(0x4011_8130));
     // The master sends requests again.
     assert_eq!(t.exchange("70A#R1"), ["70A#7F", "08A#0000000000000000"]);
     assert_eq!(t.read(0x1001, 0), Ok(0));

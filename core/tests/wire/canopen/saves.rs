@@ -243,7 +243,7 @@ fn interrupted_save_is_a_hardware_fault_until_the_next_successful_save() {
     assert_eq!(t.sent_text(), ["70A#00", ERROR]);
     assert_eq!(t.read(0x1017, 0), Ok(60_000), "the older image is in force");
     assert_eq!(t.read(0x1001, 0), Ok(1));
-    assert_eq!(t.read(0x1003, 1), Ok(0x0008_1000));
+    assert_eq!(t.read(0x1003, 1), Ok(0x0801_1000));
     for reset in ["000#810A", "000#820A"] {
         assert_eq!(t.exchange(reset), ["70A#00", ERROR], "{reset}");
     }

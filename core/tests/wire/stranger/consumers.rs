@@ -61,7 +61,7 @@ fn lost_heartbeat_is_an_error_until_the_next_heartbeat() {
     t.send("705#05");
     t.wait_text(100);
     assert_eq!(t.read(0x1001, 0), Ok(0x11));
-    assert_eq!(t.read(0x1003, 1), Ok(0x0020_8130));
+    assert_eq!(t.read(0x1003, 1), Ok(0x2011_8130));
     assert_eq!(t.exchange("705#05"), [FOUND]);
     assert_eq!(t.read(0x1001, 0), Ok(0));
     assert_eq!(t.wait_text(99), []);
