@@ -103,7 +103,7 @@ pub unsafe fn run<N: ProductNode, E: Element>(
         },
         link,
         guard,
-        sample_due: App::<N, E>::next_sample(now),
+        sample_due: clock::next_tick(),
         reading: None,
     };
     loop {
@@ -334,7 +334,7 @@ impl<N: ProductNode, E: Element + 'static> App<N, E> {
         self.sample_due = after(self.sample_due, SAMPLE_PERIOD);
         if clock::is_due(now, self.sample_due, SAMPLE_PERIOD) {
             // The flash was busy. The FIFO of the accelerometer has the values.
-            self.sample_due = after(Self::next_sample(now), SAMPLE_PERIOD);
+            self.sample_due = after(clock::next_tick(), SAMPLE_PERIOD);
         }
         let bus = &mut *self.driver.controller_mut().bus;
         if bus.inspect(now)
@@ -346,17 +346,6 @@ impl<N: ProductNode, E: Element + 'static> App<N, E> {
         self.hardware.element.start(now);
         self.measure_supply();
         true
-    }
-
-    /// The time of a reading without an earlier one: with the next interrupt of the clock, so that the angle is not older depending on the
-    /// duration of the boot.
-    fn next_sample(now: Instant) -> Instant {
-        // Not with J1939: measured, the slowest answer of the IMS360 would take longer than 22 us.
-        if <N::Protocol as Protocol<N::Application>>::CHANGES_FILTERS {
-            now
-        } else {
-            clock::next_tick()
-        }
     }
 
     /// Takes the result of a conversion and starts the next one.
