@@ -207,7 +207,7 @@ pub trait Application: Sized + Send + 'static {
     /// Whether it needs [`Reading::angular_rate`]. If not, a driver does not need the gyroscope.
     const HAS_GYROSCOPE: bool = false;
 
-    /// Whether the sensor tells of itself ([`diagnosis`](crate::diagnosis)), and a driver watches and keeps what the device goes through.
+    /// Whether the sensor has [diagnostic data](crate::diagnosis), and a driver measures and stores the usage of the device.
     const HAS_DIAGNOSIS: bool = <Self::Table as Table>::KEEPS_USAGE;
 
     /// An application that is not started. If all its bits are 0, it needs no flash: a node is in static memory.

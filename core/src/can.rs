@@ -9,8 +9,8 @@ use embedded_can::{ExtendedId, StandardId};
 
 /// A CAN 2.0 A or B frame: identifier, remote flag and 0 to 8 data bytes.
 ///
-/// It consists of four words and is copied word by word: also its length is a word. With an [`Id`] and a bool, an `Option` of a frame would be
-/// copied byte by byte, which would be half of the time from a request to its reply.
+/// It consists of four words and is copied word by word. The length is a word, because padding would be copied byte by byte. With an [`Id`] and
+/// a bool, an `Option` of a frame would also be copied byte by byte, which would be half of the time from a request to its reply.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub struct Frame {
     /// A [`CanId`] and [`REMOTE`].

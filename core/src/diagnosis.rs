@@ -1,5 +1,5 @@
-//! What a sensor tells of itself, in a range of this project: no original has it, so it is in no table, EDS file or DBC file of a product. An
-//! original answers a request for it as any request that it does not know, and so tells that it is an original.
+//! Diagnostic data of a sensor, in a range of this project. No original has this range, so it is in no table, EDS file or DBC file of a
+//! product. An original answers a request for it as any request that it does not know.
 //!
 //! | protocol | request | its reply | error for another number | error for a write |
 //! |---|---|---|---|---|
@@ -29,101 +29,50 @@ pub const CODE: u8 = 0x61;
 /// The class in DeviceNet.
 pub const CLASS: u8 = 0xC7;
 
-/// The causes of a reset, one bit for each, as the microcontroller tells them. An internal reset also pulls the reset pin, so
-/// [`PIN`](Self::PIN) is only set without another cause.
+/// The causes of a reset, one bit for each. An internal reset also pulls the reset pin, so [`PIN`](Self::PIN) is only set without another
+/// cause.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct ResetCauses(pub u8);
 
 impl ResetCauses {
-    /// The board does not tell them.
+    /// The board does not know them.
     pub const NONE: Self = Self(0);
     /// Power-on.
     pub const POWER_ON: Self = Self(0x01);
     /// The reset pin.
     pub const PIN: Self = Self(0x02);
-    /// The program: a command of the master, an update, a fault, or a check of the guard.
+    /// Software: a command of the master, an update, a fault, or a check of the guard.
     pub const SOFTWARE: Self = Self(0x04);
     /// The watchdog: the main loop has stopped.
     pub const WATCHDOG: Self = Self(0x08);
-    /// The supply was low (brown-out). The STM32F103 tells it as power-on.
+    /// The supply was low (brown-out). The STM32F103 has no flag for it: it is a power-on.
     pub const LOW_SUPPLY: Self = Self(0x10);
     /// Any other.
     pub const OTHER: Self = Self(0x20);
 }
 
-/// What a sensor tells of itself.
+/// The diagnostic data of a sensor.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Diagnosis {
-    /// What the device has been through, this start included.
+    /// The usage of the device, this start included.
     pub usage: Usage,
     /// The causes of this start.
     pub causes: ResetCauses,
     /// The device has a calibration.
     pub is_calibrated: bool,
-    /// The times since the start at which received frames were lost.
+    /// How often received frames were lost since the start.
     pub overruns: u16,
-    /// The times since the start at which the CAN controller has become error passive.
+    /// How often the CAN controller became error passive since the start.
     pub passive: u16,
-    /// The times since the start at which the CAN controller has become bus-off.
+    /// How often the CAN controller became bus-off since the start.
     pub bus_off: u16,
-}
-
-/// The description of a value.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub struct Entry {
-    /// The number of the value: the sub-index in CANopen.
-    pub number: u8,
-    /// Its name.
-    pub name: &'static str,
-    /// Its unit; empty without one.
-    pub unit: &'static str,
-    /// The number of decimals.
-    pub decimals: u8,
-    /// Whether it is an i32.
-    pub is_signed: bool,
-}
-
-const fn entry(number: u8, name: &'static str, unit: &'static str) -> Entry {
-    Entry {
-        number,
-        name,
-        unit,
-        decimals: 0,
-        is_signed: false,
-    }
-}
-
-const fn temperature(number: u8, name: &'static str) -> Entry {
-    Entry {
-        decimals: 2,
-        is_signed: true,
-        ..entry(number, name, "degC")
-    }
 }
 
 /// The highest number of a value.
 pub const LAST: u8 = 12;
 
-/// All values, for people and tools.
-pub const TABLE: [Entry; LAST as usize] = [
-    entry(1, "Causes of the last reset", ""),
-    entry(2, "Starts", ""),
-    entry(3, "Operating time", "min"),
-    temperature(4, "Lowest temperature"),
-    temperature(5, "Highest temperature"),
-    Entry {
-        decimals: 3,
-        ..entry(6, "Highest acceleration", "g")
-    },
-    entry(7, "Saves", ""),
-    entry(8, "Erases of the memory", ""),
-    entry(9, "Calibrated", ""),
-    entry(10, "Receive overruns", ""),
-    entry(11, "Error passive", ""),
-    entry(12, "Bus-off", ""),
-];
-
 impl Diagnosis {
+    /// All bits are 0, so that a node needs no flash before its start.
     pub(crate) const NONE: Self = Self {
         usage: Usage {
             minutes: 0,
@@ -141,7 +90,7 @@ impl Diagnosis {
         bus_off: 0,
     };
 
-    /// Of this start.
+    /// The data at this start.
     pub(crate) fn of(boot: &Boot) -> Self {
         Self {
             usage: Usage {
@@ -171,7 +120,7 @@ impl Diagnosis {
         *count = count.saturating_add(1);
     }
 
-    /// The value with a number of the [`TABLE`]; 0: the highest number. None: there is no such value.
+    /// The value with this number of the table; 0: the highest number. None: there is no such value.
     pub(crate) fn value(&self, number: u8) -> Option<u32> {
         let usage = &self.usage;
         Some(match number {

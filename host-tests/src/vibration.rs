@@ -97,8 +97,8 @@ impl Shaker {
         shaker
     }
 
-    /// Waits until the resampler has its readings in the middle between two calls. Before that they move, and one of two polls would be left
-    /// out or repeated.
+    /// Waits until the resampler follows the clock of the accelerometer. Before, the times of the readings change, and polls could miss one or
+    /// read one twice.
     pub fn settle(&mut self) {
         self.run(Duration::from_ticks(15_000_000));
     }

@@ -1,5 +1,5 @@
-//! The object 5F00h, with which a sensor tells of itself ([`diagnosis`](crate::diagnosis)). Like those of [`program`](super::program), it is
-//! no row of a dictionary, because the originals do not have it.
+//! The object 5F00h with the diagnostic data ([`diagnosis`](crate::diagnosis)). It is not a row of a dictionary, because the originals do not
+//! have it; the objects of [`program`](super::program) are none for the same reason.
 
 use super::Abort;
 use super::lookup::find_row;

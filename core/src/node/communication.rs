@@ -224,12 +224,12 @@ impl<A: Application, P: Protocol<A>> Communication<A, P> {
         saving.unwrap_or(&self.context.parameters)
     }
 
-    /// What the device has been through, this start included; None: the product does not keep it.
+    /// The usage of the device, this start included; None: the product does not store it.
     pub fn usage(&self) -> Option<Usage> {
         A::HAS_DIAGNOSIS.then_some(self.context.diagnosis.usage)
     }
 
-    /// Takes over what the device has been through.
+    /// Replaces the usage.
     pub fn set_usage(&mut self, usage: &Usage) {
         if A::HAS_DIAGNOSIS {
             self.context.diagnosis.usage = *usage;

@@ -194,13 +194,12 @@ pub trait Node {
         None
     }
 
-    /// What the device has been through, this start included: see [`Platform::keep`](driver::Platform::keep). None: the product does not
-    /// keep it.
+    /// The usage of the device, this start included: see [`Platform::keep`](driver::Platform::keep). None: the product does not store it.
     fn usage(&self) -> Option<Usage> {
         None
     }
 
-    /// Takes over what the device has been through. A node that does not tell it does nothing.
+    /// Replaces the usage. A node without usage does nothing.
     fn set_usage(&mut self, usage: &Usage) {
         let _ = usage;
     }

@@ -20,7 +20,7 @@ pub struct Context<A: Application> {
     pub values: A::Values,
     /// The parameters that the running save writes.
     pub(super) saving: Option<Parameters<A::Table>>,
-    /// What the sensor tells of itself, unless the product [does not](Application::HAS_DIAGNOSIS).
+    /// The diagnostic data. Not used if the product [has none](Application::HAS_DIAGNOSIS).
     pub(super) diagnosis: Diagnosis,
 }
 
@@ -66,7 +66,7 @@ impl<A: Application> Context<A> {
         self.saving.as_ref()
     }
 
-    /// What the sensor tells of itself.
+    /// The diagnostic data.
     pub fn diagnosis(&self) -> &Diagnosis {
         &self.diagnosis
     }

@@ -22,8 +22,8 @@ pub trait Table: Send + 'static {
     const CONSTRAINTS: &'static [Constraint] = &[];
     /// The version of the stored layout, from 1 to 255. It must change if the table changes other than by new rows at its end.
     const LAYOUT: u8 = 1;
-    /// Whether a device keeps what it goes through beside its parameters, and tells it ([`diagnosis`](crate::diagnosis)). If not, an image does
-    /// not contain the code for it.
+    /// Whether a device stores its usage beside its parameters, and has [diagnostic data](crate::diagnosis). If not, an image does not contain
+    /// the code for it.
     const KEEPS_USAGE: bool = true;
 
     /// An array with a number for each parameter.

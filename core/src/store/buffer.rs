@@ -1,4 +1,4 @@
-//! The buffer of the store: its size, and whether the product keeps what the device has been through.
+//! The buffer of the store: its size, and whether the product stores the usage of the device.
 
 #[cfg(doc)]
 use super::Store;
@@ -9,7 +9,7 @@ pub trait Buffer: Send + AsRef<[u8]> + AsMut<[u8]> + 'static {
     const ZERO: Self;
     /// The number of bytes.
     const SIZE: usize;
-    /// Whether the product keeps what the device has been through. If not, an image does not contain the code for it.
+    /// Whether the product stores the usage of the device. If not, an image does not contain the code for it.
     const USAGE: bool;
 }
 

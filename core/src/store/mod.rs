@@ -40,8 +40,8 @@
 //!
 //! **A usage** is written while the device runs ([`Store::keep`]), only into room that saves do not need, and without an erase. If the slot
 //! is full, it is written to the other one, if that is erased, with copies of all other records; the next boot erases the full slot. The
-//! first word of all this is programmed last, so that an incomplete one is not taken for an incomplete save. A usage belongs to the chip
-//! with its serial number. It is not part of the check of calibration and identity.
+//! first word is programmed last: so an incomplete usage differs from an incomplete save. A usage belongs to the chip with its serial
+//! number. It is not part of the check of calibration and identity.
 
 mod buffer;
 mod record;
@@ -120,7 +120,7 @@ pub struct Boot<'a> {
     pub kept: u32,
     /// The identity of the unit; [`Unit::NONE`] if there is none.
     pub unit: Unit,
-    /// What the device has been through until this start.
+    /// The usage of the device until this start.
     pub usage: Usage,
     /// The causes of this start; none if the board does not tell them.
     pub causes: ResetCauses,

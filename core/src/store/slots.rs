@@ -55,7 +55,7 @@ pub struct Store<M, B> {
     is_calibrated: bool,
     /// The length of the encoded identity of the device; 0: it has none.
     unit: usize,
-    /// What the device has been through, with the saves and erases of this store.
+    /// The usage of the device, with the saves and erases of this store.
     usage: Usage,
     /// The records of the device contain it.
     has_usage: bool,

@@ -1,4 +1,4 @@
-//! The usage of a device: what it has been through, kept over its starts beside its calibration.
+//! The usage of a device: operating time, starts, saves, erases and extremes. It is stored beside the calibration.
 //!
 //! # Byte map
 //!
@@ -27,7 +27,7 @@ pub(super) const OWNER: usize = 5;
 /// The first byte.
 pub(super) const MARK: u8 = 2;
 
-/// What a device has been through.
+/// The usage of a device.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Usage {
     /// The time in operation in minutes.

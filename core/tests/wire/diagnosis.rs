@@ -1,4 +1,4 @@
-//! The values that a sensor tells of itself: each protocol reads them, refuses to write them, and has the error of the original beyond them.
+//! The diagnostic data: each protocol reads the values, refuses writes, and answers other numbers with its error.
 
 use crate::tester::devicenet::{MAC_3, power_up};
 use crate::tester::{Tester, canopen, fsc, ims360, j1939};

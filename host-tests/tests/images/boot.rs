@@ -250,10 +250,9 @@ fn reset_causes(rig: &Rig) -> u8 {
     microcontroller.core().bytes(place, 1).expect("RAM")[0]
 }
 
-/// The causes that the sensor tells (`plumbline::diagnosis`): each start has only its own. The STM32F103 has no flag for a low supply, which
-/// it tells as power-on.
+/// The reset causes (`plumbline::diagnosis`): each start has only its own. The STM32F103 has no flag for a low supply: it is a power-on.
 #[test]
-pub fn cause_of_the_last_reset_is_told() {
+pub fn cause_of_the_last_reset_is_reported() {
     let told = |rig: &mut Rig| {
         let reply = rig.request(&[0x61, 1]);
         assert_eq!((reply[0], reply[2]), (0x61, 1), "{reply:02X?}");

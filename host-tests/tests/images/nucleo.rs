@@ -21,7 +21,7 @@ also! {
         ram_is_kept_in_a_reset_and_lost_without_power,
         watchdog_restarts_a_main_loop_that_hangs,
         cause_of_the_last_reset_is_kept,
-        cause_of_the_last_reset_is_told,
+        cause_of_the_last_reset_is_reported,
         sensor_starts_after_a_reset_by_its_pin_at_any_time,
         heater_is_off_while_a_debugger_halts_the_processor,
         watchdog_does_not_reset_a_working_sensor,

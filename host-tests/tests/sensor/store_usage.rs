@@ -249,9 +249,9 @@ fn power_cut_in_a_save_that_aborts_a_usage_loses_no_stored_record() {
     }
 }
 
-/// An incomplete save is told also beside records of the usage.
+/// An incomplete save is a memory error, also beside records of the usage.
 #[test]
-fn power_cut_in_a_save_is_told_beside_records_of_the_usage() {
+fn power_cut_in_a_save_is_reported_beside_records_of_the_usage() {
     for memory in memories() {
         let mut store = boot(memory);
         assert!(keep(&mut store, 1));

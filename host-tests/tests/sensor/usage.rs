@@ -1,12 +1,17 @@
-//! What a sensor tells of its use (`plumbline::diagnosis`): measured, kept, and read over the bus after power cuts.
+//! The usage of a sensor (`plumbline::diagnosis`): measured, stored, and read over the bus after power cuts.
 
 use bench::scene::Scene;
 use bench::script::frame;
 use bench::{AdapterId, Bus, BusRate, Device, DeviceId, Flash, NodeType};
 use plumbline::can::{BitRate, standard};
+use plumbline::measure::Calibration;
+use plumbline::model::catalog;
+use plumbline::store::{Owner, Store};
 use plumbline::time::{after, millis};
 
-/// A jn2101 (node-ID 10) with blank memory, and its tester.
+const SERIAL: u32 = 1;
+
+/// A jn2101 (node-ID 10) and its tester.
 struct Rig {
     bus: Bus,
     device: DeviceId,
@@ -16,10 +21,14 @@ struct Rig {
 impl Rig {
     /// It lies level at -12.34 degC for 2 s, is accelerated by 6 g for 0.1 s, then lies level at 40 degC.
     fn new() -> Self {
+        Self::with(Flash::default())
+    }
+
+    fn with(flash: Flash) -> Self {
         let scene = "t_s,ax_g,ay_g,az_g,temp_c\n0,0,0,1,-12.34\n2,0,0,1,-12.34\n2.1,0,0,6,-12.34\n2.2,0,0,6,40\n2.3,0,0,1,40\n";
         let node_type = NodeType::find("jn2101").expect("a product");
         let scene = Scene::recorded(scene).expect("a scene");
-        let sensor = Device::new(&node_type, 1, Flash::default(), Box::new(scene));
+        let sensor = Device::new(&node_type, SERIAL, flash, Box::new(scene));
         let mut bus = Bus::new(BusRate::Fixed(BitRate::K125));
         let device = bus.attach(sensor);
         let tester = bus.adapter();
@@ -33,6 +42,11 @@ impl Rig {
 
     fn run(&mut self, ms: u32) {
         self.bus.run_until(after(self.bus.now(), millis(ms)));
+    }
+
+    /// The bytes that the device has programmed since its first start.
+    fn programmed(&mut self) -> u64 {
+        self.bus.device_mut(self.device).memory().programmed()
     }
 
     /// The value with this number, by an SDO upload of 5F00h.
@@ -59,7 +73,7 @@ impl Rig {
 }
 
 #[test]
-fn starts_time_temperatures_and_shock_are_told_after_a_power_cut() {
+fn starts_time_temperatures_and_shock_are_read_after_a_power_cut() {
     let mut rig = Rig::new();
     // A start of less than 10 s is not kept.
     rig.run(9_000);
@@ -99,4 +113,39 @@ fn operating_time_is_kept_each_hour() {
     rig.run(1_000);
     assert_eq!(rig.values([2, 3]), [2, 60]);
     assert_eq!(rig.value(8), 0);
+}
+
+#[test]
+fn usage_is_written_once_after_ten_seconds_and_once_an_hour() {
+    const RECORD: u64 = 44;
+    let mut rig = Rig::new();
+    let mut writes = Vec::new();
+    let mut before = 0;
+    for second in 1..=3 * 3600 + 10 {
+        rig.run(1000);
+        let programmed = rig.programmed();
+        if programmed > before {
+            assert_eq!(programmed - before, RECORD, "{second} s");
+            writes.push(second);
+        }
+        before = programmed;
+    }
+    // The readings begin some milliseconds after the start.
+    assert_eq!(writes, [11, 3601, 7201, 10801]);
+}
+
+#[test]
+fn value_9_is_1_with_a_calibration() {
+    assert_eq!(Rig::new().value(9), 0);
+    let product = catalog::find("jn2101").expect("a product");
+    let owner = Owner {
+        image: product.image,
+        layout: product.layout,
+        serial: SERIAL,
+    };
+    let calibration = Calibration::new([1000, 2000, 3000], [[0; 3]; 3], [0; 3]);
+    let mut store = Store::<_, [u8; 512]>::open(Flash::default(), owner);
+    store.calibrate(&calibration.expect("within the ranges"));
+    while store.step().is_none() {}
+    assert_eq!(Rig::with(store.into_memory()).value(9), 1);
 }

@@ -1,4 +1,4 @@
-//! What the sensor tells of itself (class C7h): see [`diagnosis`](crate::diagnosis).
+//! The diagnostic data (class C7h): see [`diagnosis`](crate::diagnosis).
 
 use crate::devicenet::explicit::{Data, Failure, Request, nothing, service};
 use crate::diagnosis::Diagnosis;

@@ -9,7 +9,7 @@
 //! | 5 | connection |
 //! | 2Bh | acknowledge handler |
 //! | 64h to C7h | the objects of the vendor, as the product describes them |
-//! | C7h | what the sensor tells of itself ([`diagnosis`](crate::diagnosis)), unless the product has an object there |
+//! | C7h | diagnostic data ([`diagnosis`](crate::diagnosis)), unless the product has an object there |
 
 mod acknowledge_handler;
 mod assembly;

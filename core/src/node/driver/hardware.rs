@@ -124,7 +124,7 @@ pub trait Platform {
     /// if there is no memory. It is called in each [turn](Driver::turn) until then.
     fn stored(&mut self) -> Option<Result<(), StoreError>>;
 
-    /// Begins to keep what the device has been through: [`Store::keep`](crate::store::Store::keep). `hour` is the number of full hours since
+    /// Begins to store the usage: [`Store::keep`](crate::store::Store::keep). `hour` is the number of full hours since
     /// the start. Returns whether a save has begun, whose steps [`stored`](Self::stored) performs. The default is for a board without memory.
     fn keep(&mut self, usage: &Usage, hour: u32) -> bool {
         let _ = (usage, hour);

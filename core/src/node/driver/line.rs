@@ -58,10 +58,10 @@ pub trait Exchange {
     /// What the bootloader must know, if the restart is that into it.
     fn contact(&self) -> Option<Contact>;
 
-    /// What the device has been through; None: the product does not keep it.
+    /// The usage of the device; None: the product does not store it.
     fn usage(&self) -> Option<Usage>;
 
-    /// Takes over what the device has been through.
+    /// Replaces the usage.
     fn set_usage(&mut self, usage: &Usage);
 }
 
@@ -282,7 +282,7 @@ impl<'a, H: Exchange + ?Sized, M: Mailboxes> Link<'a, H, M> {
         self.node.contact()
     }
 
-    /// Changes what the device has been through. Returns it with the result of `change`; None: the product does not keep it.
+    /// Changes the usage. Returns it with the result of `change`; None: the product does not store it.
     pub(super) fn watch<R>(&mut self, change: impl FnOnce(&mut Usage) -> R) -> Option<(Usage, R)> {
         let mut usage = self.node.usage()?;
         let result = change(&mut usage);

@@ -229,7 +229,7 @@ impl<S: Side> Driver<S> {
         has_measured | works | self.store(platform)
     }
 
-    /// Adds what the last second has brought to what the device has been through, and keeps it when it is due. A save goes first.
+    /// Adds the readings of the last second to the usage, and begins to store it when it is due. A save has priority.
     #[cold]
     #[inline(never)]
     fn keep(&mut self, platform: &mut impl Platform) {

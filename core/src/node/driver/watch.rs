@@ -1,4 +1,4 @@
-//! Watches what the device goes through: its time in operation, temperatures and shocks.
+//! Measures the usage of the device: operating time, temperatures and shocks.
 
 use crate::measure::{ONE_G, Reading, SAMPLE_PERIOD};
 use crate::store::Usage;

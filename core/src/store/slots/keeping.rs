@@ -11,7 +11,7 @@ use embedded_storage::nor_flash::NorFlash;
 const SCARCE: usize = 8;
 
 impl<M: NorFlash, B: Buffer> Store<M, B> {
-    /// Begins to keep what the device has been through, with the saves and erases of this store. `hour` is the number of full hours since the
+    /// Begins to write the usage of the device, with the saves and erases of this store. `hour` is the number of full hours since the
     /// start. Returns whether it has begun. Then call [`step`](Self::step) until it has ended; the result does not
     /// matter. It does not begin during a save, or if saves need the room: no slot is erased for it.
     pub fn keep(&mut self, usage: &Usage, hour: u32) -> bool {

@@ -94,7 +94,7 @@ fn snapshot(tester: &mut LevelTester) -> Vec<String> {
     values
 }
 
-/// The class with which a sensor tells of itself.
+/// The class of the diagnostic data.
 const DIAGNOSIS: u8 = 0xC7;
 
 #[test]

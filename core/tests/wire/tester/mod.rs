@@ -49,7 +49,7 @@ pub struct Tester<N> {
     pub calibration: Calibration,
     /// The identity of the unit.
     pub unit: Unit,
-    /// What the device has been through, and the causes of the next start.
+    /// The usage of the device, and the causes of the next start.
     pub usage: Usage,
     pub causes: ResetCauses,
     /// The program behind a bootloader, from the next power-up on.

@@ -68,7 +68,7 @@ pub struct Report {
     pub identifiers: Vec<Row>,
     /// The sensors that have answered.
     pub sensors: Vec<String>,
-    /// What those of them tell of themselves that have the firmware of this project.
+    /// The diagnostic data of those with the firmware of this project.
     pub usage: Vec<Usage>,
     /// What is wrong.
     pub findings: Vec<Finding>,

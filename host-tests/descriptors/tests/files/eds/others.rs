@@ -55,7 +55,7 @@ impl Jn2101 {
     }
 }
 
-/// The object with which a sensor tells of itself. The original does not have it, so no data sheet has it; each sub-index beyond is refused.
+/// The object of the diagnostic data. The original does not have it, so no data sheet has it. Each higher sub-index is refused.
 #[test]
 fn object_of_the_diagnosis_is_in_the_sensor_and_not_in_the_data_sheet() {
     let sheet = Sheet::parse(&super::text());

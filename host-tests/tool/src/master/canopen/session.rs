@@ -128,7 +128,7 @@ fn number_of_program(
     }
 }
 
-/// A value that the firmware of this project tells of itself.
+/// A value of the diagnostic data of this project.
 pub(in crate::master) fn diagnosis(
     link: &mut Link,
     server: Server,

@@ -1,5 +1,5 @@
-//! What a sensor with the firmware of this project tells of itself ([`plumbline::diagnosis`]). An original answers the first question with
-//! its error for what it does not know, and is not asked further.
+//! The diagnostic data of a sensor with the firmware of this project ([`plumbline::diagnosis`]). An original answers the first request with an
+//! error, and gets no other one.
 
 use crate::counted::{Erases, Saves, Starts};
 use crate::error::Error;
@@ -65,7 +65,7 @@ impl Serialize for Cause {
     }
 }
 
-/// What a sensor has told.
+/// The diagnostic data of a sensor.
 #[derive(Clone, Debug, Serialize)]
 pub struct Usage {
     /// The sensor, as in [`Report::sensors`](super::Report::sensors).
@@ -88,16 +88,16 @@ pub struct Usage {
     pub erases: u32,
     /// It has a calibration.
     pub calibrated: bool,
-    /// The times since its start at which received frames were lost.
+    /// How often received frames were lost since its start.
     pub overruns: u32,
-    /// The times since its start at which it became error passive.
+    /// How often it became error passive since its start.
     pub passive: u32,
-    /// The times since its start at which it became bus-off.
+    /// How often it became bus-off since its start.
     pub bus_off: u32,
 }
 
 impl Usage {
-    /// Asks a sensor that has answered; None: it is an original, or a product that does not keep it.
+    /// Reads the data of a sensor that has answered; None: it is an original, or a product without them.
     ///
     /// # Errors
     /// The adapter fails.

@@ -1,4 +1,4 @@
-//! `doctor --active`: what a sensor with the firmware of this project tells of itself, and that an original is not asked further.
+//! `doctor --active`: diagnostic data of a sensor with the firmware of this project, and a single request to an original.
 
 use super::rig::Rig;
 use bench::BusRate;
@@ -57,9 +57,9 @@ fn usage_of_a_sensor_is_in_the_document_and_in_lines() {
     }
 }
 
-/// The IMS360 answers as its original: one request, and nothing is said of it.
+/// The IMS360 answers as its original.
 #[test]
-fn sensor_without_usage_is_asked_once_and_nothing_is_said() {
+fn sensor_without_usage_gets_one_request_and_has_no_line() {
     let mut rig = used("ims360", BitRate::K125);
     rig.witnessed();
     let document = document(&mut rig, 125);

@@ -293,7 +293,7 @@ fn address_that_is_only_likely_is_asked_twice_at_most() {
 }
 
 #[test]
-fn frame_that_looks_like_the_reply_of_a_gemac_sensor_is_not_its_reply() {
+fn frame_of_another_device_in_the_form_of_a_reply_is_ignored() {
     // The first byte is the code of the question for the article.
     let like = |counter| Frame::data(standard(0x080), &[3, counter, 1, 2, 3, 4, 5, 6]).unwrap();
     let mut rig = Rig::with("is2");
