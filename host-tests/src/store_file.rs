@@ -43,7 +43,9 @@ fn change(owner: Owner, path: &Path, save: impl FnOnce(&mut FileStore)) -> Resul
     save(&mut store);
     loop {
         if let Some(result) = store.step() {
-            return result.map_err(|_| format!("cannot write the store {}", path.display()));
+            let unwritten = store.memory().unwritten();
+            let broken = || format!("cannot write the store {}", path.display());
+            return result.map_err(|_| unwritten.map_or_else(broken, str::to_owned));
         }
     }
 }
@@ -125,6 +127,16 @@ mod tests {
                 std::fs::remove_file(&path).unwrap();
             }
         }
+    }
+
+    #[test]
+    fn file_that_cannot_be_written_is_named_with_the_reason() {
+        let product = find("is2").unwrap();
+        let path = path("no-folder").join("such");
+        let error = identify(product, &Unit::NONE, &path).unwrap_err();
+        let reason = error.strip_prefix(&format!("cannot write the store {}: ", path.display()));
+        let missing = std::fs::read(&path).unwrap_err().to_string();
+        assert_eq!(reason, Some(&missing[..]), "{error}");
     }
 
     #[test]

@@ -42,12 +42,22 @@ impl NorFlashError for FlashError {
     }
 }
 
+/// The operations that failed because of the file.
+#[derive(Default, Debug)]
+struct Unwritten {
+    /// Why the file cannot be written; None: the last operation has written it.
+    why: Option<String>,
+    /// The number of these operations.
+    count: u64,
+}
+
 /// Pages or sectors of flash, for example those with the records of a node. Operations can fail, and the power can be cut at any byte.
 #[derive(Debug)]
 pub struct Flash {
     geometry: Geometry,
     bytes: Vec<u8>,
     file: Option<FlashFile>,
+    unwritten: Unwritten,
     fuse: Option<Fuse>,
     cut: bool,
     fail_writes: bool,
@@ -91,6 +101,7 @@ impl Flash {
             geometry,
             bytes,
             file: None,
+            unwritten: Unwritten::default(),
             fuse: None,
             cut: false,
             fail_writes: false,
@@ -109,8 +120,7 @@ impl Flash {
     ///
     /// # Errors
     /// The file exists but cannot be read, is not a regular file ([`io::ErrorKind::InvalidInput`]), is in use by another program
-    /// ([`io::ErrorKind::ResourceBusy`]), or is longer than the
-    /// memory ([`io::ErrorKind::InvalidData`]).
+    /// ([`io::ErrorKind::ResourceBusy`]), or is longer than the memory or has another purpose ([`io::ErrorKind::InvalidData`]).
     pub fn in_file(geometry: Geometry, path: &Path) -> io::Result<Self> {
         let (file, bytes) = FlashFile::open(path, geometry.size())?;
         let bytes = bytes.unwrap_or_else(|| vec![0xFF; geometry.size()]);
@@ -120,19 +130,23 @@ impl Flash {
         })
     }
 
-    /// A memory with the first bytes of a file, which is not changed: programming and erasing fail.
-    ///
-    /// # Errors
-    /// The file cannot be read.
-    pub fn read_only(geometry: Geometry, path: &Path) -> io::Result<Self> {
+    /// A memory with the first bytes of a file that cannot be used for this reason. Programming and erasing fail, and the file is not
+    /// changed.
+    pub fn unusable(geometry: Geometry, path: &Path, why: String) -> Self {
         let size = geometry.size();
-        let mut bytes = first_bytes(&crate::file::open(path)?, size)?;
+        let file = crate::file::open(path).map_err(io::Error::from);
+        let bytes = file.and_then(|file| first_bytes(&file, size));
+        let mut bytes = bytes.unwrap_or_default();
         bytes.resize(size, 0xFF);
-        Ok(Self {
+        Self {
             fail_writes: true,
             fail_erases: true,
+            unwritten: Unwritten {
+                why: Some(why),
+                count: 0,
+            },
             ..Self::with_content(geometry, bytes)
-        })
+        }
     }
 
     /// Number and size of the pages, and the unit of programming.
@@ -160,14 +174,33 @@ impl Flash {
         self.operations
     }
 
+    /// Why the file of the memory cannot be written, as a sentence; None: there is no file, or it was written last.
+    pub fn unwritten(&self) -> Option<&str> {
+        self.unwritten.why.as_deref()
+    }
+
+    /// The number of operations that have failed since the start because the file could not be written.
+    pub fn unwritten_operations(&self) -> u64 {
+        self.unwritten.count
+    }
+
+    /// An operation of a memory that fails.
+    fn broken(&mut self) -> FlashError {
+        self.unwritten.count += u64::from(self.unwritten.why.is_some());
+        FlashError::Broken
+    }
+
     /// Changes bytes in the memory and in the file; in neither when the file cannot be written.
     fn put(&mut self, at: usize, bytes: &[u8]) -> Result<(), FlashError> {
         let range = at..at + bytes.len();
         if let Some(file) = &self.file {
             let mut after = self.bytes.clone();
             after[range.clone()].copy_from_slice(bytes);
-            file.write(&after, range.clone())
-                .map_err(|_| FlashError::Broken)?;
+            let written = file.write(&after, range.clone());
+            self.unwritten.why = written.err().map(|error| file.unwritten(&error));
+            if self.unwritten.why.is_some() {
+                return Err(self.broken());
+            }
         }
         self.bytes[range].copy_from_slice(bytes);
         Ok(())

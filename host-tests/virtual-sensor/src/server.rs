@@ -205,6 +205,11 @@ impl Server {
         self.report(&logged);
         let devices = self.devices();
         // Before the status line, which is then written again.
+        for unit in &mut self.units {
+            if let Some(why) = unit.newly_unwritten(&mut self.bus) {
+                eprintln!("virtual-sensor: {why}");
+            }
+        }
         for device in &devices {
             let Some(sensor) = Microcontroller::of_mut(self.bus.device_mut(*device)) else {
                 continue;

@@ -1,5 +1,6 @@
 //! A file as a flash memory: killing and restarting the program is a power cycle.
 
+use super::Geometry;
 use crate::file;
 use std::fs::{File, OpenOptions};
 use std::io::{self, ErrorKind, Read, Seek, SeekFrom, Write};
@@ -20,8 +21,8 @@ impl FlashFile {
     ///
     /// # Errors
     /// The file cannot be read, is not a regular file ([`ErrorKind::InvalidInput`]), is in use by another program
-    /// ([`ErrorKind::ResourceBusy`]), or is too long
-    /// ([`ErrorKind::InvalidData`]): such a file has another purpose and must not be overwritten.
+    /// ([`ErrorKind::ResourceBusy`]), or is too long or
+    /// does not begin like a memory ([`ErrorKind::InvalidData`]): such a file has another purpose and must not be overwritten.
     pub(super) fn open(path: &Path, size: usize) -> io::Result<(Self, Option<Vec<u8>>)> {
         let mut own = Self {
             path: path.to_owned(),
@@ -48,6 +49,10 @@ impl FlashFile {
                 format!("the file is longer than the {size} bytes of the memory of a sensor");
             return Err(io::Error::new(ErrorKind::InvalidData, what));
         }
+        if is_foreign(&bytes) {
+            let what = "the file is not the memory of a sensor";
+            return Err(io::Error::new(ErrorKind::InvalidData, what));
+        }
         own._lock = Some(opened);
         if bytes.is_empty() {
             return Ok((own, None));
@@ -72,6 +77,19 @@ impl FlashFile {
         file.seek(SeekFrom::Start(range.start as u64))?;
         file.write_all(&memory[range])
     }
+
+    /// Says that the file cannot be written.
+    pub(super) fn unwritten(&self, why: &io::Error) -> String {
+        format!("cannot write the store {}: {why}", self.path.display())
+    }
+}
+
+/// Whether a file has another purpose: its length is that of no memory, and it begins neither with a record nor erased.
+fn is_foreign(bytes: &[u8]) -> bool {
+    let memory = Geometry::of_file(bytes.len() as u64);
+    let is_complete = memory.is_some_and(|memory| memory.size() == bytes.len());
+    let begins = matches!(bytes, [] | [0xFF, ..] | [b'P'] | [b'P', 1, ..]);
+    !is_complete && !begins
 }
 
 /// False for a file that was just created.

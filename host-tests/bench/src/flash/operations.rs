@@ -25,6 +25,7 @@ impl Flash {
             return Err(FlashError::PowerCut);
         }
         let mut new = old.clone();
+        let mut programmed = 0;
         for (new, value) in new.iter_mut().zip(value) {
             if self.fuse == Some(Fuse::Byte(0)) {
                 *new &= value | self.random() as u8;
@@ -35,7 +36,7 @@ impl Flash {
                 *others -= 1;
             }
             *new &= value;
-            self.programmed += 1;
+            programmed += 1;
         }
         for bit in &self.worn {
             if let Some(index) = (bit / 8).checked_sub(at).filter(|index| *index < new.len()) {
@@ -43,6 +44,7 @@ impl Flash {
             }
         }
         self.put(at, &new)?;
+        self.programmed += programmed;
         self.last = Some(at);
         if self.cut {
             return Err(FlashError::PowerCut);
@@ -60,7 +62,7 @@ impl Flash {
     pub fn program_unit(&mut self, offset: usize, value: &[u8]) -> Result<(), FlashError> {
         self.powered()?;
         if self.fail_writes {
-            return Err(FlashError::Broken);
+            return Err(self.broken());
         }
         self.program(offset, value)
     }
@@ -75,7 +77,7 @@ impl Flash {
     pub fn erase_page_at(&mut self, offset: usize) -> Result<(), FlashError> {
         self.powered()?;
         if self.fail_erases {
-            return Err(FlashError::Broken);
+            return Err(self.broken());
         }
         self.erase_page(offset)
     }
@@ -126,7 +128,7 @@ impl NorFlash for Flash {
         self.powered()?;
         check_write(self, offset, bytes.len()).map_err(FlashError::Address)?;
         if self.fail_writes {
-            return Err(FlashError::Broken);
+            return Err(self.broken());
         }
         for (index, pair) in bytes.chunks_exact(2).enumerate() {
             self.program(offset as usize + 2 * index, pair)?;
@@ -138,7 +140,7 @@ impl NorFlash for Flash {
         self.powered()?;
         check_erase(self, from, to).map_err(FlashError::Address)?;
         if self.fail_erases {
-            return Err(FlashError::Broken);
+            return Err(self.broken());
         }
         (from as usize..to as usize)
             .step_by(PAGE_SIZE)

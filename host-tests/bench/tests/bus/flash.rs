@@ -134,12 +134,19 @@ fn unwritable_file_is_faulty_memory() {
     let folder = Scratch::new("folder");
     let path = folder.0.join("memory");
     let mut flash = Flash::in_file(Geometry::STM32F103, &path).unwrap();
+    assert_eq!(flash.unwritten(), None);
     assert_eq!(flash.write(0, &[1, 2]), Err(FlashError::Broken));
     assert_eq!(flash.erase(0, 1024), Err(FlashError::Broken));
     assert_eq!(read(&mut flash, 0), [0xFF; 4]);
+    let missing = fs::read(&path).unwrap_err();
+    let why = format!("cannot write the store {}: {missing}", path.display());
+    assert_eq!(flash.unwritten(), Some(&why[..]));
+    assert_eq!(flash.unwritten_operations(), 2);
+    assert_eq!((flash.programmed(), flash.erased()), (0, 0));
     // It works again when the file can be written.
     fs::create_dir(&folder.0).unwrap();
     flash.write(0, &[1, 2]).unwrap();
+    assert_eq!((flash.unwritten(), flash.unwritten_operations()), (None, 2));
     assert_eq!(fs::read(&path).unwrap(), flash.bytes());
 }
 
@@ -150,10 +157,15 @@ fn file_larger_than_memory_is_not_changed() {
     let error = Flash::in_file(Geometry::STM32F103, &scratch.0).unwrap_err();
     assert_eq!(error.kind(), ErrorKind::InvalidData);
     assert!(error.to_string().contains("2048 bytes"), "{error}");
-    let mut flash = Flash::read_only(Geometry::STM32F103, &scratch.0).unwrap();
+    let why = "too long".to_owned();
+    let mut flash = Flash::unusable(Geometry::STM32F103, &scratch.0, why);
     assert_eq!(flash.bytes(), [b'x'; 2048]);
     assert_eq!(flash.write(0, &[0, 0]), Err(FlashError::Broken));
     assert_eq!(flash.erase(0, 1024), Err(FlashError::Broken));
+    assert_eq!(
+        (flash.unwritten(), flash.unwritten_operations()),
+        (Some("too long"), 2)
+    );
     assert_eq!(fs::read(&scratch.0).unwrap(), [b'x'; 2049]);
     fs::write(&scratch.0, "").unwrap();
     assert!(
@@ -165,7 +177,7 @@ fn file_larger_than_memory_is_not_changed() {
 #[test]
 fn file_of_a_running_sensor_is_refused() {
     let scratch = Scratch::new("shared");
-    fs::write(&scratch.0, [1, 2]).unwrap();
+    fs::write(&scratch.0, b"P").unwrap();
     let flash = Flash::in_file(Geometry::STM32F103, &scratch.0).unwrap();
     let error = Flash::in_file(Geometry::STM32F103, &scratch.0).unwrap_err();
     assert_eq!(error.kind(), ErrorKind::ResourceBusy);
@@ -183,9 +195,24 @@ fn endless_file_is_refused() {
 #[test]
 fn missing_bytes_of_truncated_file_read_as_erased() {
     let scratch = Scratch::new("cut");
-    fs::write(&scratch.0, [1, 2]).unwrap();
+    fs::write(&scratch.0, [b'P', 1]).unwrap();
     let mut flash = Flash::in_file(Geometry::STM32F103, &scratch.0).unwrap();
-    assert_eq!(read(&mut flash, 0), [1, 2, 0xFF, 0xFF]);
+    assert_eq!(read(&mut flash, 0), [b'P', 1, 0xFF, 0xFF]);
     flash.write(4, &[3, 4]).unwrap();
     assert_eq!(fs::read(&scratch.0).unwrap(), flash.bytes());
+}
+
+/// A text that is shorter than a memory. A file with the length of a memory can begin with anything, after a power cut.
+#[test]
+fn file_with_another_purpose_is_refused() {
+    let scratch = Scratch::new("purpose");
+    for text in ["[sensor]\n", "Plan", "P\u{2}"] {
+        fs::write(&scratch.0, text).unwrap();
+        for geometry in [Geometry::STM32F103, Geometry::STM32F446] {
+            let error = Flash::in_file(geometry, &scratch.0).unwrap_err();
+            assert_eq!(error.kind(), ErrorKind::InvalidData, "{text}");
+        }
+    }
+    fs::write(&scratch.0, [b'x'; 2 * PAGE_SIZE]).unwrap();
+    assert!(Flash::in_file(Geometry::STM32F446, &scratch.0).is_ok());
 }

@@ -110,8 +110,8 @@ fn has_article(product: &Product, wanted: &str) -> bool {
     product.articles().any(|article| article.is(wanted))
 }
 
-/// The memory in `path`, which is created if it does not exist. If it cannot be written, reports it at once and not at the first
-/// save; the sensor continues with its contents.
+/// The memory in `path`, which is created if it does not exist. If it cannot be written, the memory says so from the start, and the
+/// sensor continues with its contents.
 fn open_store(geometry: Geometry, path: &Path) -> Result<Flash, Failure> {
     let unusable = |error| cannot(format!("use the store {}", path.display()))(error);
     // The opening of a pipe would wait without end.
@@ -132,13 +132,8 @@ fn open_store(geometry: Geometry, path: &Path) -> Result<Flash, Failure> {
         (Err(error), _) | (Ok(_), Err(error)) => error,
     };
     let path_shown = path.display();
-    eprintln!("virtual-sensor: cannot use the store {path_shown}: {problem}; nothing can be saved");
-    Ok(Flash::read_only(geometry, path).unwrap_or_else(|_| {
-        let mut flash = Flash::blank(geometry);
-        flash.fail_writes(true);
-        flash.fail_erases(true);
-        flash
-    }))
+    let why = format!("cannot use the store {path_shown}: {problem}; nothing can be saved");
+    Ok(Flash::unusable(geometry, path, why))
 }
 
 /// The length of the longest ELF file in bytes.

@@ -2,8 +2,10 @@
 
 use crate::image::image_for;
 use crate::process::client::{BEL, Client};
+use crate::process::control::{Control, start};
 use crate::process::sensor::Sensor;
 use crate::{assert_fails, new_path, text};
+use serde_json::{Value, json};
 use std::fs;
 use stm32_sim::board::Board;
 
@@ -71,6 +73,72 @@ fn unusable_store_is_named_and_sensor_continues() {
         assert!(sensor.errors().starts_with(&expected));
     }
     assert_eq!(fs::read(&foreign).expect("it is there"), [b'x'; 5000]);
+}
+
+/// The events of a save, and the status byte of its answer.
+#[cfg(unix)]
+fn save(control: &mut Control) -> (Value, String) {
+    control.ok(&json!({ "do": "send", "frame": "300#5053415645" }));
+    let (events, _) = control.ask(r#"{"do":"advance","seconds":0.3}"#);
+    let stored: Vec<&Value> = events
+        .iter()
+        .filter(|event| event["event"] == "stored")
+        .collect();
+    assert_eq!(stored.len(), 1, "{events:?}");
+    let mut frames = events.iter().filter_map(|event| event["frame"].as_str());
+    let answer = frames.find_map(|frame| frame.strip_prefix("301#50"));
+    (stored[0].clone(), answer.expect("an answer").to_owned())
+}
+
+/// The file cannot be written because it has become a folder, and because the disk is full.
+#[cfg(target_os = "linux")]
+#[test]
+fn save_into_a_file_that_cannot_be_written_tells_the_reason() {
+    let store = new_path("unwritten.store");
+    let name = text(&store);
+    let (mut sensor, port) = start(&["--clock", "client", "--store", name]);
+    let mut control = Control::connect(port);
+    control.ok(&json!({ "do": "subscribe", "events": ["stored", "frames"] }));
+    control.answer("300#00", "301#FF");
+    let begin = "cannot write the store";
+    let full = format!("{begin} {name}: No space left on device (os error 28)");
+    let folder = format!("{begin} {name}: Is a directory (os error 21)");
+    let (_, good) = save(&mut control);
+    fs::remove_file(&store).expect("it is there");
+    std::os::unix::fs::symlink("/dev/full", &store).expect("a folder");
+    for _ in 0..2 {
+        let (stored, answer) = save(&mut control);
+        assert_eq!(
+            (&stored["error"], &stored["programmed"]),
+            (&json!(full), &json!(0))
+        );
+        assert_ne!(answer, good);
+    }
+    fs::remove_file(&store).expect("it is there");
+    fs::create_dir(&store).expect("a folder");
+    assert_eq!(save(&mut control).0["error"], json!(folder));
+    fs::remove_dir(&store).expect("it is there");
+    let (stored, _) = save(&mut control);
+    assert_eq!(stored.get("error"), None);
+    assert_eq!(fs::read(&store).expect("it is there").len(), 2048);
+    assert_eq!(sensor.interrupt(), Some(0));
+    // Once for each reason.
+    let told = [full, folder].map(|why| format!("virtual-sensor: {why}\n"));
+    assert_eq!(sensor.errors(), told.concat());
+}
+
+#[cfg(unix)]
+#[test]
+fn save_into_a_store_that_was_unusable_at_the_start_tells_the_reason() {
+    let foreign = new_path("no-store");
+    fs::write(&foreign, [b'x'; 5000]).expect("a folder");
+    let (_sensor, port) = start(&["--clock", "client", "--store", text(&foreign)]);
+    let mut control = Control::connect(port);
+    control.ok(&json!({ "do": "subscribe", "events": ["stored", "frames"] }));
+    control.answer("300#00", "301#FF");
+    let (stored, _) = save(&mut control);
+    let error = stored["error"].as_str().expect("a text");
+    assert!(error.starts_with(&format!("cannot use the store {}: ", text(&foreign))));
 }
 
 #[test]

@@ -34,10 +34,32 @@ pub struct Unit {
 struct Seen {
     leds: Option<(Instant, Leds)>,
     state: Value,
+    work: Work,
+    /// The time of the last operation of a save that has not ended yet, and the work before the save.
+    saving: Option<(Instant, Work)>,
+    /// Why the file of the memory cannot be written.
+    unwritten: Option<String>,
+}
+
+/// What the memory has done since the start of the program.
+#[derive(Clone, Copy, PartialEq, Eq, Default)]
+struct Work {
+    /// Bytes programmed.
     programmed: u64,
+    /// Pages erased.
     erased: u64,
-    /// The time of the last change of the memory by a save that has not ended yet, and the work before the save.
-    saving: Option<(Instant, u64, u64)>,
+    /// Operations that failed because the file cannot be written.
+    unwritten: u64,
+}
+
+impl Work {
+    fn of(memory: &Flash) -> Self {
+        Self {
+            programmed: memory.programmed(),
+            erased: memory.erased(),
+            unwritten: memory.unwritten_operations(),
+        }
+    }
 }
 
 /// An event for the clients that have subscribed to it.
@@ -79,7 +101,9 @@ impl Unit {
         let scene = angles(self.stage.angles(now, axes), axes);
         let mut stage = self.stage.clone();
         let sensor = bus.device_mut(self.device);
-        let (programmed, erased) = work(sensor);
+        let Work {
+            programmed, erased, ..
+        } = Work::of(sensor.memory());
         let leds = pattern::patterns(now, sensor.led_history().iter());
         let patterns = json!({
             "run": pattern::label(leds.run),
@@ -148,20 +172,38 @@ impl Unit {
             self.seen.state = state.clone();
             note(now, Topic::State, state);
         }
-        let (programmed, erased) = work(sensor);
-        let before = (self.seen.programmed, self.seen.erased);
-        if (programmed, erased) != before {
-            let (_, first, pages) = self.seen.saving.unwrap_or((now, before.0, before.1));
-            self.seen.saving = Some((now, first, pages));
-            (self.seen.programmed, self.seen.erased) = (programmed, erased);
+        let memory = sensor.memory();
+        let work = Work::of(memory);
+        let before = core::mem::replace(&mut self.seen.work, work);
+        if work != before {
+            let begin = self.seen.saving.map_or(before, |(_, begin)| begin);
+            self.seen.saving = Some((now, begin));
         }
-        if let Some((at, first, pages)) = self.seen.saving
+        if let Some((at, begin)) = self.seen.saving
             && reached(now, at + QUIET)
         {
             self.seen.saving = None;
-            let members = json!({ "programmed": programmed - first, "erased": erased - pages });
+            let mut members = json!({
+                "programmed": work.programmed - begin.programmed,
+                "erased": work.erased - begin.erased,
+            });
+            if let Some(why) = memory.unwritten()
+                && work.unwritten != begin.unwritten
+            {
+                add(&mut members, json!({ "error": why }));
+            }
             note(at, Topic::Stored, members);
         }
+    }
+
+    /// Why the file of the memory cannot be written, when this has begun or changed since the last call.
+    pub(in crate::server) fn newly_unwritten(&mut self, bus: &mut Bus) -> Option<String> {
+        let why = bus.device_mut(self.device).memory().unwritten();
+        if self.seen.unwritten.as_deref() == why {
+            return None;
+        }
+        self.seen.unwritten = why.map(str::to_owned);
+        self.seen.unwritten.clone()
     }
 }
 
@@ -186,12 +228,6 @@ pub(super) fn angles((x, y): (f64, f64), axes: Axes) -> [f64; 2] {
 /// The time of an instant, in seconds.
 pub(super) fn seconds(at: Instant) -> f64 {
     at.ticks() as f64 / 1e6
-}
-
-/// The bytes programmed and the pages erased since the start of the program.
-fn work(sensor: &mut dyn Sensor) -> (u64, u64) {
-    let memory = sensor.memory();
-    (memory.programmed(), memory.erased())
 }
 
 fn copied(memory: &Flash) -> Flash {
