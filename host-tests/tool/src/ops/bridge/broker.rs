@@ -19,7 +19,7 @@ use std::collections::BTreeMap;
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::{self, JoinHandle};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 use tokio::select;
 use tokio::sync::Notify;
 use tokio::time::sleep;
@@ -32,6 +32,9 @@ const IDENTIFIERS: u16 = 1000;
 
 /// The pause after the first failure, and the longest pause.
 const PAUSE: (Duration, Duration) = (Duration::from_secs(1), Duration::from_secs(60));
+
+/// The pauses begin again after a connection of this time: a broker can accept each connection and close it at once.
+const LASTING: Duration = Duration::from_secs(10);
 
 /// The time for a connection.
 const CONNECT: u64 = 10;
@@ -251,7 +254,8 @@ async fn connections(wanted: &Wanted, shared: &Shared, told: &Sender<Told>) {
             let _ = told.send(Told::Failed(failure));
             return;
         }
-        if window.borrow().is_connected {
+        let connected = window.borrow().connected;
+        if connected.is_some_and(|since| since.elapsed() >= LASTING) {
             pause = first;
         }
         let _ = told.send(Told::Away(failure::reason(&error), pause.as_secs()));
@@ -301,7 +305,7 @@ async fn received(
         match events.poll().await {
             Err(error) => return error,
             Ok(Event::Incoming(Packet::ConnAck(_))) => {
-                window.borrow_mut().is_connected = true;
+                window.borrow_mut().connected = Some(Instant::now());
                 let _ = told.send(Told::Connected);
                 changed.notify_one();
             }
@@ -332,7 +336,7 @@ async fn delivered(
     loop {
         let (is_connected, under_way) = {
             let window = window.borrow();
-            (window.is_connected, window.under_way())
+            (window.connected.is_some(), window.under_way())
         };
         let mut is_idle = true;
         if is_connected && under_way < WINDOW {

@@ -1,6 +1,7 @@
 //! The messages that are on their way to the broker.
 
 use std::collections::{BTreeSet, HashMap, VecDeque};
+use std::time::Instant;
 
 /// A message.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -14,8 +15,8 @@ pub enum Entry {
 /// The messages on their way.
 #[derive(Default)]
 pub struct Window {
-    /// The broker has accepted the connection.
-    pub is_connected: bool,
+    /// When the broker has accepted the connection.
+    pub connected: Option<Instant>,
     /// Those that have no packet identifier yet, in their order.
     submitted: VecDeque<Entry>,
     /// By packet identifier.

@@ -6,8 +6,8 @@ use super::sensor::{Sensor, command, plumbline};
 use bench::BusRate;
 use plumbline::can::BitRate;
 use serde_json::{Value, json};
-use std::io::{BufRead, BufReader};
-use std::net::UdpSocket;
+use std::io::{BufRead, BufReader, Read, Write};
+use std::net::{TcpListener, UdpSocket};
 use std::path::Path;
 use std::process::{Child, Stdio};
 use std::time::Duration;
@@ -276,6 +276,30 @@ fn broker_that_wants_a_certificate_takes_only_one_of_its_authority() {
             None => kill(bridge),
         }
     }
+}
+
+#[test]
+fn pauses_grow_with_a_broker_that_accepts_each_connection_and_closes_it() {
+    const ACCEPTED: &[u8] = &[0x20, 2, 0, 0];
+    let folder = tempfile::tempdir().expect("a folder");
+    let broker = TcpListener::bind("127.0.0.1:0").expect("a free port");
+    let url = format!("mqtt://{}", broker.local_addr().expect("an address"));
+    std::thread::spawn(move || {
+        for mut client in broker.incoming().flatten() {
+            // The bridge can be killed at any time.
+            let _ = client.read(&mut [0; 512]);
+            let _ = client.write_all(ACCEPTED);
+        }
+    });
+    let sensor = sensor();
+    // The time is only a limit for a test that fails.
+    let mut bridge = start(
+        &sensor,
+        folder.path(),
+        &format!("--seconds 120 --mqtt {url}"),
+    );
+    noted(&mut bridge, "next try in 4 s");
+    kill(bridge);
 }
 
 #[test]
