@@ -1,7 +1,7 @@
 //! `commission`: the plan, the state beside it, and the report.
 
 use super::bus::Bus;
-use super::replaced;
+use super::{distinct, replaced};
 use crate::backup::write_file;
 use crate::error::Error;
 use crate::labels::Labels;
@@ -28,6 +28,7 @@ pub(super) fn run(
     let mut state = State::beside(plan, &content)?;
     let mut labels = Labels::open(bus.options.config.as_deref())?;
     if let Some(report) = report {
+        distinct(&[plan, state.path(), report])?;
         replaced(report, terminal)?;
     }
     let wish = Wish {

@@ -1,6 +1,6 @@
 //! `identity`: the identity of a sensor, and the unit record with which a replacement has it.
 
-use super::replaced;
+use super::{distinct, replaced};
 use crate::backup::{Unread, read_file, write_file};
 use crate::eds::identity as data_sheet;
 use crate::error::{Error, FileError};
@@ -10,6 +10,7 @@ use crate::ops::identity::{Told, given};
 use crate::output::Terminal;
 use descriptors::unit;
 use host_tests::store_file;
+use std::iter;
 use std::path::Path;
 
 /// The longest file that is read, in bytes.
@@ -31,6 +32,9 @@ pub(super) fn from_file(
     into: Into,
     terminal: &mut Terminal,
 ) -> Result<(), Error> {
+    let written = [into.output, into.store].into_iter().flatten();
+    let all: Vec<&Path> = iter::once(path).chain(written).collect();
+    distinct(&all)?;
     let shown = path.display().to_string();
     let bytes = read_file(path, LONGEST).map_err(|unread| match unread {
         Unread::Failed(error) => FileError::IdentityUnread(shown.clone(), error.to_string()),

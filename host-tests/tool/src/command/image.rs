@@ -1,6 +1,6 @@
 //! `plumbline image`.
 
-use super::replaced;
+use super::{distinct, replaced};
 use crate::error::{Error, FileError};
 use crate::image::ImageFile;
 use crate::output::Terminal;
@@ -20,6 +20,9 @@ pub(super) fn make(
     bootloader: Option<(&Path, &Path)>,
     terminal: &mut Terminal,
 ) -> Result<(), Error> {
+    let mut all = vec![elf, output];
+    all.extend(bootloader.iter().flat_map(|(own, hex)| [*own, *hex]));
+    distinct(&all)?;
     let image = ImageFile::of(&read(elf)?);
     let image = image.map_err(|why| FileError::Program(elf.display().to_string(), why))?;
     let hex = match bootloader {

@@ -1,7 +1,7 @@
 //! `plumbline key`.
 
-use super::replaced;
 use super::update::read;
+use super::{distinct, replaced};
 use crate::cli::KeyCommand;
 use crate::error::{Error, FileError};
 use crate::output::Terminal;
@@ -19,6 +19,7 @@ pub(super) fn key(command: &KeyCommand, terminal: &mut Terminal) -> Result<(), E
         KeyCommand::Show { file, output } => {
             let key = KeyFile::open(file)?;
             if let Some(output) = output {
+                distinct(&[file, output])?;
                 replaced(output, terminal)?;
                 write(output, key.public().bytes())?;
             }
@@ -39,6 +40,7 @@ fn show(file: &Path, key: &KeyFile, terminal: &mut Terminal) -> Result<(), Error
 }
 
 fn sign(image: &Path, key: &Path, output: &Path, terminal: &mut Terminal) -> Result<(), Error> {
+    distinct(&[key, output])?;
     let image = read(image)?;
     replaced(output, terminal)?;
     let mut key = KeyFile::open(key)?;

@@ -46,7 +46,7 @@ use place::Place;
 use sender::Sender;
 use std::path::Path;
 use texts::Kind;
-use written::replaced;
+use written::{distinct, replaced};
 
 /// Opens the adapter of a port.
 pub type Connect<'a> = &'a mut dyn FnMut(&str) -> Result<Box<dyn Adapter>, Error>;

@@ -1,7 +1,7 @@
 //! `replace`: the file of the old sensor, and the report.
 
 use super::bus::Bus;
-use super::replaced;
+use super::{distinct, replaced};
 use crate::backup::write_file;
 use crate::cli::replace::Replace;
 use crate::error::{Error, FileError, SensorError};
@@ -11,6 +11,8 @@ use crate::ops::replace::{self, old::Old};
 use crate::output::Terminal;
 use host_tests::store_file;
 use serde_json::json;
+use std::iter;
+use std::path::Path;
 
 /// Runs a step of a replacement.
 pub(super) fn run(step: &Replace, bus: &mut Bus, terminal: &mut Terminal) -> Result<(), Error> {
@@ -30,6 +32,9 @@ pub(super) fn run(step: &Replace, bus: &mut Bus, terminal: &mut Terminal) -> Res
             report,
             store,
         } => {
+            let written = [report, store].into_iter().flatten().map(AsRef::as_ref);
+            let all: Vec<&Path> = iter::once(file.as_ref()).chain(written).collect();
+            distinct(&all)?;
             let old = Old::read(file)?;
             if let Some(report) = report {
                 replaced(report, terminal)?;

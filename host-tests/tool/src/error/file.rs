@@ -53,6 +53,8 @@ errors! {
             "{path} ist der Name der DCF: Geben Sie der Sicherung einen anderen Namen, zum Beispiel kran.toml";
         Exists(path: String): Usage "file-exists" = "{path} exists already: choose another name, or replace it with --yes=overwrite",
             "{path} gibt es schon: Wählen Sie einen anderen Namen, oder ersetzen Sie sie mit --yes=overwrite";
+        Twice(path: String): Usage "same-file" = "the command names {path} twice, and would overwrite it: choose another name",
+            "der Befehl nennt {path} zweimal und würde sie überschreiben: Wählen Sie einen anderen Namen";
         OtherProduct(wanted: &'static str, own: &'static str): Usage "wrong-file" = "the file belongs to {wanted}, but the sensor is {own}: nothing has changed. Take a file of this sensor, or choose another sensor; `plumbline scan` shows them",
             "die Datei gehört zu {wanted}, der Sensor ist aber {own}: Nichts hat sich geändert. Nehmen Sie eine Datei dieses Sensors, oder wählen Sie einen anderen Sensor",
             "the file belongs to {wanted}, but the sensor is {own}: nothing has changed. Take a file of this sensor, or choose another sensor";

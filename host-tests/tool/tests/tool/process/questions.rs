@@ -1,6 +1,7 @@
 //! Questions at a terminal and without one.
 
 use super::sensor::plumbline;
+use serde_json::Value;
 
 const ZERO: &str = "--rate 250 --id 300 zero";
 
@@ -42,6 +43,44 @@ fn names_of_questions_follow_yes_without_an_equals_sign_after_the_command() {
     ] {
         let output = plumbline("demo:is2", &line);
         assert_eq!(output.status.code(), Some(code), "{line}: {output:?}");
+    }
+}
+
+#[test]
+fn file_that_the_same_command_reads_is_not_overwritten_in_spite_of_a_yes() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = |name: &str| folder.path().join(name).display().to_string();
+    let plan = "[[sensor]]\nname = \"boom\"\nproduct = \"is2\"\n";
+    for (name, text) in [
+        ("old.toml", ""),
+        ("plan.toml", plan),
+        ("unit.toml", "product = \"is2\"\n"),
+        ("is2.elf", ""),
+    ] {
+        std::fs::write(path(name), text).expect("a file");
+    }
+    let key = path("own.key");
+    assert!(plumbline("", &format!("key new {key}")).status.success());
+    let (old, unit, elf) = (path("old.toml"), path("unit.toml"), path("is2.elf"));
+    let (state, dotted) = (path("plan.state.toml"), path("./old.toml"));
+    std::fs::write(&state, "").expect("a file");
+    for line in [
+        format!("replace write {old} --report {old}"),
+        format!("replace write {old} --report {dotted}"),
+        format!("replace write {old} --store {old}"),
+        format!("replace write {old} --report new --store new"),
+        format!("commission {0} --report {0}", path("plan.toml")),
+        format!("commission {} --report {state}", path("plan.toml")),
+        format!("--product is2 identity --from {unit} --store {unit}"),
+        format!("--product is2 identity --from {unit} --output {unit}"),
+        format!("image {elf} -o {elf}"),
+        format!("key show {key} -o {key}"),
+        format!("key sign {elf} --key {key} -o {key}"),
+    ] {
+        let output = plumbline("demo:is2", &format!("--json --yes {line}"));
+        let document: Value = serde_json::from_slice(&output.stdout).expect("one document");
+        assert_eq!(document["error"]["code"], "same-file", "{line}: {document}");
+        assert_eq!(output.status.code(), Some(2), "{line}");
     }
 }
 
