@@ -1,17 +1,8 @@
 //! The clock of the bus: the clock of the computer, or a clock that the clients advance.
 //!
 //! With the second clock, the load of the computer does not change a measured time, and a time-out of 10 s takes milliseconds. It adds
-//! two kinds of lines to slcan (`h..h`: hexadecimal digits, in us). The time stamps of slcan (`Z1`) are not used: they have steps of
-//! 1 ms and begin again each minute.
-//!
-//! ```text
-//!  from client   to client   meaning
-//!  @h..h CR      @h..h CR    the time advances by this span (1 to 8 digits). It stops earlier if the client has received a frame
-//!                            since its last such line. The answer is the current time
-//!                #h..h CR    the time at which the frame in the next line was received
-//! ```
-//!
-//! After its frames a client sends `@0`. When the answer has come, another client may advance the time, and the frames are sent.
+//! two kinds of lines to slcan, `@` and `#`: `README.md` of this package describes them. The time stamps of slcan (`Z1`) are not used:
+//! they have steps of 1 ms and begin again each minute.
 
 use super::event::ClientId;
 use super::{RunError, Server};

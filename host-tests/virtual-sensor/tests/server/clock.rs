@@ -50,6 +50,28 @@ fn awake() -> (Sensor, Client<TcpStream>) {
 }
 
 #[test]
+fn slcan_dialog_of_readme_is_that_of_the_program() {
+    let readme = include_str!("../../README.md");
+    let begin = "$ virtual-sensor --clock client ";
+    let mut lines = readme.lines().skip_while(|line| !line.starts_with(begin));
+    let command = lines.next().and_then(|line| line.strip_prefix(begin));
+    let own = shlex::split(command.expect("a command line")).expect("words");
+    let own: Vec<&str> = own.iter().map(String::as_str).collect();
+    let sensor = Sensor::start(&[&["--clock", "client"], &own[..]].concat());
+    let mut client = Client::connect(&sensor);
+    let mut answers = 0;
+    for line in lines.take_while(|line| !line.starts_with("```")) {
+        if let Some(request) = line.strip_prefix("-> ") {
+            client.say(request);
+        } else if let Some(answer) = line.strip_prefix("<-") {
+            assert_eq!(client.next().as_deref(), Some(answer.trim()), "{line}");
+            answers += 1;
+        }
+    }
+    assert!(answers > 10);
+}
+
+#[test]
 fn time_stands_still_without_a_client_that_advances_it() {
     let (_sensor, mut client) = awake();
     let (_, before) = advance(&mut client, 0);
