@@ -17,6 +17,7 @@ pub(super) fn examine(
         rate: bus.options.rate,
         time: time(seconds)?.unwrap_or(doctor::USUAL),
         active,
+        target: bus.options.sensor.target()?,
     };
     let report = doctor::doctor(bus.adapter()?, request, terminal)?;
     let faults = report.findings.len();

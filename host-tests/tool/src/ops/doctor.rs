@@ -9,7 +9,7 @@ use crate::counted::{self, Errors};
 use crate::error::Error;
 use crate::identify;
 use crate::link::{Link, stopped};
-use crate::master::factory_targets;
+use crate::master::{Target, factory_targets};
 use crate::note::Step;
 use crate::number::shown;
 use crate::output::{Progress, Terminal};
@@ -49,6 +49,8 @@ pub struct Request {
     pub time: Duration,
     /// Also asks the sensors, and on a bus without traffic at the addresses as delivered.
     pub active: bool,
+    /// The address of a sensor that is then asked too.
+    pub target: Option<Target>,
 }
 
 /// What was seen.
@@ -158,12 +160,19 @@ fn examine(link: &mut Link, request: Request, terminal: &mut Terminal) -> Result
     }
     let seen = match seen {
         Some(seen) => seen,
-        None => Seen::listen(link, Some(RATES[0]), millis(0), terminal)?,
+        // Errors are counted at any bit rate.
+        None => Seen::listen(link, Some(RATES[0]), request.time, terminal)?.unsure(),
     };
     findings.extend(seen.findings());
     let mut answers = Answers::default();
     if request.active {
-        active(link, rate, &seen, &mut answers, &mut findings)?;
+        active(
+            link,
+            (rate, request.target),
+            &seen,
+            &mut answers,
+            &mut findings,
+        )?;
     }
     Ok(seen.report(answers, findings))
 }
@@ -249,6 +258,12 @@ impl Seen {
         })
     }
 
+    /// The same at a bit rate that was a guess: only a frame shows that it is right.
+    fn unsure(self) -> Self {
+        let rate = self.rate.filter(|_| self.traffic.frames > 0);
+        Self { rate, ..self }
+    }
+
     fn load(&self) -> Option<f64> {
         self.traffic.load(self.rate, self.passed.ticks())
     }
@@ -325,10 +340,10 @@ fn same_addresses(frames: &Frames) -> Vec<Finding> {
     findings
 }
 
-/// Asks the sensors that were heard; on a bus without traffic, those at the addresses as delivered.
+/// Asks the sensors that were heard, and the one of the user; on a bus without traffic, those at the addresses as delivered.
 fn active(
     link: &mut Link,
-    rate: Option<BitRate>,
+    (rate, given): (Option<BitRate>, Option<Target>),
     seen: &Seen,
     answers: &mut Answers,
     findings: &mut Vec<Finding>,
@@ -336,10 +351,11 @@ fn active(
     let is_silent = seen.traffic.frames == 0;
     let sightings = passive::sightings(&seen.frames);
     let heard = sightings.iter().filter(|sighting| sighting.is_sure);
-    let targets = match is_silent {
+    let mut targets = match is_silent {
         true => factory_targets(),
         false => heard.filter_map(|sighting| sighting.target).collect(),
     };
+    targets.extend(given.filter(|given| !targets.contains(given)));
     let rates: Vec<Option<BitRate>> = match (rate, link.adapter().capabilities().sets_rate) {
         (None, true) => RATES.map(Some).to_vec(),
         _ => vec![rate],

@@ -75,8 +75,12 @@ fn doctor_sees_that_nobody_acknowledges_the_only_sender() {
 #[test]
 fn doctor_of_a_silent_bus_says_so_and_with_active_asks() {
     let mut rig = Rig::new(BusRate::Fixed(BitRate::K250));
-    let (code, findings, _) = examined(&mut rig, "");
+    let (code, findings, document) = examined(&mut rig, "");
     assert_eq!((code, &findings[..]), (1, &["silent".to_owned()][..]));
+    assert_eq!(
+        (&document["rate"], &document["seconds"]),
+        (&Value::Null, &5.0.into())
+    );
     // No node is there.
     rig.bus.borrow_mut().assist(false);
     let (code, findings, document) = examined(&mut rig, "--rate 250 --active");
@@ -90,6 +94,18 @@ fn doctor_of_a_silent_bus_says_so_and_with_active_asks() {
 }
 
 #[test]
+fn silent_sensor_at_an_address_of_its_own_is_asked_if_the_user_gives_it() {
+    let mut rig = Rig::new(BusRate::Fixed(BitRate::K125));
+    rig.attach("jn2101", 1);
+    assert_eq!(rig.tool("--rate 125 --node 10 node-id 11").code, 0);
+    let (code, findings, document) = examined(&mut rig, "--rate 125 --node 11 --active");
+    assert_eq!((code, findings), (0, vec![]), "{document}");
+    let sensor = document["sensors"][0].as_str().expect("a sensor");
+    assert!(sensor.contains("node-ID 11"), "{document}");
+    assert_eq!(rig.fails("doctor --rate 125 --node 300").0, 2);
+}
+
+#[test]
 fn doctor_finds_two_sensors_with_the_same_identifiers() {
     let mut rig = Rig::new(BusRate::Fixed(BitRate::K250));
     rig.attach("is2", 1);
@@ -97,6 +113,27 @@ fn doctor_finds_two_sensors_with_the_same_identifiers() {
     let (code, findings, document) = examined(&mut rig, "--rate 250 --active");
     assert_eq!(code, 1, "{document}");
     assert_eq!(findings, ["duplicate-address"], "{document}");
+}
+
+#[test]
+fn errors_without_a_frame_are_told_with_and_without_a_bit_rate() {
+    for arguments in ["", "--rate 250", "--active"] {
+        let mut rig = Rig::new(BusRate::Fixed(BitRate::K250));
+        for place in 0..60 {
+            let sends = |bus: &mut Bus| {
+                let id = bus.adapter();
+                bus.open(id, Some(BitRate::K250), false);
+                bus.corrupt(u32::MAX, None);
+                bus.send(id, Frame::data(standard(0x123), &[1]).expect("a frame"));
+                bus.run_until(after(bus.now(), millis(2)));
+                bus.remove(id);
+            };
+            rig.events.push((rig.later(place * 500), Rc::new(sends)));
+        }
+        let (code, findings, document) = examined(&mut rig, arguments);
+        assert_eq!(code, 1);
+        assert_eq!(findings, ["only-errors"], "{arguments}: {document}");
+    }
 }
 
 #[test]
