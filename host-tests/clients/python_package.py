@@ -19,6 +19,8 @@ PACKAGE = Path(__file__).resolve().parent.parent / "python"
 parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
 parser.add_argument("--virtual-sensor", required=True)
 os.environ["PLUMBLINE_VIRTUAL_SENSOR"] = parser.parse_args().virtual_sensor
+# An installation from the folder leaves there a description of the package, by which pytest would load the plugin a second time.
+os.environ["PYTEST_DISABLE_PLUGIN_AUTOLOAD"] = "1"
 sys.dont_write_bytecode = True
 sys.path.insert(0, str(PACKAGE / "src"))
 plugins = ["-p", "plumbline_bench.fixtures", "-p", "no:cacheprovider"]

@@ -1,8 +1,14 @@
 """The package with the program: starts, wrong arguments, events, several sensors."""
 
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
 import pytest
 
-from plumbline_bench import Bench, BenchError, Sensor
+from plumbline_bench import Bench, BenchError, Sensor, find_program
 
 
 def test_marker_of_fixture_is_optional(sensor):
@@ -32,6 +38,23 @@ def test_message_of_program_is_that_of_the_exception():
     with pytest.raises(BenchError, match="not a file"), pytest.MonkeyPatch.context() as patch:
         patch.setenv("PLUMBLINE_VIRTUAL_SENSOR", "/nowhere")
         Sensor("is2")
+
+
+def test_installation_from_the_folder_of_the_project_has_its_program(tmp_path):
+    if "CI" not in os.environ:
+        pytest.importorskip("setuptools")
+    package = tmp_path / "host-tests" / "python"
+    shutil.copytree(Path(__file__).parents[1], package)
+    built = tmp_path / "target" / "release" / Path(find_program()).name
+    built.parent.mkdir(parents=True)
+    built.write_bytes(b"the program")
+    (tmp_path / "Cargo.toml").touch()
+    unset = ("PLUMBLINE_VIRTUAL_SENSOR", "CARGO_TARGET_DIR")
+    environment = {name: value for name, value in os.environ.items() if name not in unset}
+    command = [sys.executable, "setup.py", "--quiet", "build_py", "--build-lib", "lib"]
+    subprocess.run(command, cwd=package, env=environment, check=True)
+    installed = package / "lib" / "plumbline_bench" / "bin" / built.name
+    assert installed.read_bytes() == b"the program"
 
 
 def test_sensor_moves_and_breaks_in_virtual_time(tmp_path):

@@ -10,7 +10,7 @@ NAME = "virtual-sensor.exe" if os.name == "nt" else "virtual-sensor"
 
 
 def find_program() -> str:
-    """The program: PLUMBLINE_VIRTUAL_SENSOR, that of the wheel, one in PATH, or the newest in `target` of the project."""
+    """The program: PLUMBLINE_VIRTUAL_SENSOR, that of the package, one in PATH, or the newest in `target` of the project."""
     if named := os.environ.get("PLUMBLINE_VIRTUAL_SENSOR"):
         if not Path(named).is_file():
             raise BenchError(f"PLUMBLINE_VIRTUAL_SENSOR is {named}, which is not a file")
