@@ -27,8 +27,7 @@ texts! {
             "der Sensor hatte vor diesem Befehl den Fehler {name}; der Befehl hat ihn gelöscht";
         PdoOff(name: String) = "the PDO of {name} stays switched off. To switch it on, set {name}",
             "das PDO von {name} bleibt ausgeschaltet. Um es einzuschalten, setzen Sie {name}";
-        NoAngles = "the sensor has had no valid angle for 3 s without a break (`plumbline watch` shows its status): its angles are not compared",
-            "der Sensor hatte nie 3 s lang einen gültigen Winkel (`plumbline watch` zeigt seinen Status): Seine Winkel werden nicht verglichen";
+        NoAngles(why: Step) = "{why}: its angles are not compared", "{why}: Seine Winkel werden nicht verglichen";
         SwitchOn(name: String, product: &'static str) = "switch on the next sensor: {name} ({product})", "schalten Sie den nächsten Sensor ein: {name} ({product})";
         Scans(product: &'static str) = "looking for sensors of {product} by LSS: all nodes with LSS lose their node-ID until they get one, or until their restart",
             "sucht Sensoren von {product} durch LSS: Alle Knoten mit LSS verlieren ihre Node-ID, bis sie eine bekommen oder neu starten";
@@ -187,6 +186,7 @@ texts! {
         Examines(frames: Frames) = "listening: {frames}", "hört: {frames}";
         Moves(spread: f64) = "the sensor is not at rest: spread {spread:.2} deg in 3 s", "der Sensor ist nicht in Ruhe: Streuung {spread:.2} deg in 3 s";
         NoAngleYet = "the sensor has no valid angle for 3 s without a break", "der Sensor hat nicht 3 s lang einen gültigen Winkel";
+        Defective = "the sensor reports an error, so its angles are not valid", "der Sensor meldet einen Fehler, deshalb sind seine Winkel nicht gültig";
         Downloads(version: String) = "loading version {version} into the sensor", "lädt die Version {version} in den Sensor";
         Identifiers(seconds: u64, at: At) = "searching all 11-bit identifiers, at least {seconds} s ({at})",
             "sucht bei {at} auf allen 11-Bit-Identifiern, mindestens {seconds} s lang";

@@ -47,6 +47,7 @@ pub const LISTING: listing::Product = listing::Product::with_j1939::<Ims360Produ
     parameters::SELECTOR,
 )
 .with_variants(&[parameters::ONE_AXIS])
+.with_defect(own::DEFECT)
 .guided(&GUIDE);
 
 const GUIDE: Guide = Guide {

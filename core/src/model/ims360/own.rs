@@ -5,6 +5,7 @@ use super::{Ims360Product, groups, parameters, variant};
 use crate::application::{Faults, Values};
 use crate::canopen::{Abort, Initial, Own, Scope, Then};
 use crate::j1939::name::identity_number;
+use crate::model::listing::canopen::Defect;
 use crate::node::Context;
 use crate::text::decimal;
 
@@ -12,6 +13,12 @@ use crate::text::decimal;
 const TWO_AXES: u32 = 1 << 0;
 /// Status byte ST0: a sensing element is defective.
 const DEFECTIVE: u32 = 1 << 1;
+/// The status bit of a defective sensing element.
+pub(super) const DEFECT: Defect = Defect {
+    index: 0x3000,
+    sub: 1,
+    bits: DEFECTIVE,
+};
 /// Status byte ST0: all settings have their factory values.
 const FACTORY: u32 = 1 << 2;
 

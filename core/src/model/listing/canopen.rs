@@ -9,6 +9,7 @@ use crate::canopen::{self, Canopen, CanopenNode, LedTable};
 use crate::mistake::Mistake;
 use crate::model::dual::{Both, DualNode};
 use crate::param::ParameterId;
+use crate::walk::each;
 
 /// The tables of a product with the CANopen protocol.
 #[derive(Clone, Copy, Debug)]
@@ -31,10 +32,23 @@ pub struct Tables {
     pub bit_rates: &'static [(u32, BitRate)],
     /// Whether it supports layer setting services (CiA 305).
     pub lss: bool,
+    /// The status bits of a defective measuring element; None: only the errors (1001h, 1003h) tell it.
+    pub defect: Option<Defect>,
     /// The variants with other factory values.
     pub variants: &'static [Variant],
     /// The tables of J1939, the other protocol; None without it.
     pub j1939: Option<J1939Tables>,
+}
+
+/// Bits of an object, of which at least one is set while the measuring element is defective.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Defect {
+    /// The index of the object.
+    pub index: u16,
+    /// Its sub-index.
+    pub sub: u8,
+    /// The bits.
+    pub bits: u32,
 }
 
 /// A variant of a product that a parameter selects, with other factory values. The factory values of the table are those of the
@@ -63,6 +77,7 @@ impl Tables {
             bit_rate: P::BIT_RATE,
             bit_rates: P::BIT_RATES,
             lss: Canopen::<P>::LSS,
+            defect: None,
             variants: &[],
             j1939,
         }
@@ -120,6 +135,24 @@ impl Product {
                 .fail();
         };
         let protocol = Protocol::Canopen(Tables { variants, ..tables });
+        Self { protocol, ..self }
+    }
+    /// Sets the status bits of a defective measuring element. A product without CANopen, or without the object, is a compile error.
+    #[track_caller]
+    pub const fn with_defect(self, defect: Defect) -> Self {
+        let mistake = Mistake::item("with_defect");
+        let Protocol::Canopen(tables) = self.protocol else {
+            mistake
+                .text("only a product with CANopen has objects")
+                .fail();
+        };
+        let mut exists = false;
+        each!(object in tables.objects => {
+            exists |= object.index == defect.index && object.sub == defect.sub;
+        });
+        mistake.unless(exists, "the object does not exist");
+        let defect = Some(defect);
+        let protocol = Protocol::Canopen(Tables { defect, ..tables });
         Self { protocol, ..self }
     }
 }

@@ -110,8 +110,10 @@ errors! {
             "jetzt antwortet ein anderer Sensor ({line}): Nichts ist geschehen. Prüfen Sie den Sensor, und beginnen Sie noch einmal";
         NotAtRest(spread: f64): Refused "not-at-rest" = "the sensor was not at rest for 60 s, its angles differ by {spread:.2} deg in 3 s: nothing has changed. Stop the machine and repeat",
             "der Sensor war 60 s lang nicht in Ruhe, seine Winkel unterscheiden sich in 3 s um {spread:.2} deg: Nichts hat sich geändert. Halten Sie die Maschine an, und wiederholen Sie";
-        NoValidAngle: Refused "no-angle" = "the sensor has had no valid angle for 3 s without a break: nothing has changed. `plumbline watch` shows its status",
-            "der Sensor hatte nie 3 s lang einen gültigen Winkel: Nichts hat sich geändert. Sehen Sie seinen Status an";
+        NoValidAngle: Refused "no-angle" = "the sensor has had no valid angle for 3 s without a break: nothing has changed. `plumbline watch` shows its angles",
+            "der Sensor hatte nie 3 s lang einen gültigen Winkel: Nichts hat sich geändert. Sehen Sie seine Winkel an";
+        Defective: Refused "no-angle" = "the sensor reports an error, so its angles are not valid: nothing has changed. Check its position and supply, switch it off and on, or replace it",
+            "der Sensor meldet einen Fehler, deshalb sind seine Winkel nicht gültig: Nichts hat sich geändert. Prüfen Sie seine Lage und Versorgung, schalten Sie ihn aus und ein, oder ersetzen Sie ihn";
         NoHeartbeat: Refused "not-offered" = "the NMT state of the node is unknown (no heartbeat, 1017h), so the tool does not start the node: start it with another NMT master, or leave out --cyclic",
             "der NMT-Zustand des Knotens ist unbekannt (kein Heartbeat, 1017h), deshalb wird der Knoten nicht gestartet: Starten Sie ihn mit einem anderen NMT-Master, oder lassen Sie --cyclic weg";
         NoTpdo: Refused "not-offered" = "no TPDO of the sensor has all angles, an event timer, and a unique COB-ID from 181h to 57Fh: set them (1800h, 1A00h), or leave out --cyclic",

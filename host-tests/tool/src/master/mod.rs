@@ -238,6 +238,14 @@ pub trait Master {
         None
     }
 
+    /// Whether the sensor reports, in another message than its angles, an error with which these are not valid.
+    ///
+    /// # Errors
+    /// Nobody answers, or the adapter fails.
+    fn reports_defect(&self, _session: &mut Session) -> Result<bool, Error> {
+        Ok(false)
+    }
+
     /// The active bits of the status in a reply of a product.
     fn conditions(&self, _product: &Product, _status: u8) -> Vec<Condition> {
         Vec::new()

@@ -4,12 +4,12 @@
 pub mod old;
 pub mod report;
 
-use super::rest::{self, thousandths, wrapped};
+use super::rest::{self, Rest, thousandths, wrapped};
 use super::{backup, get, identity, restore};
 use crate::backup::Backup;
 use crate::error::{Error, FileError, RequestError, SensorError};
 use crate::identify::Found;
-use crate::note::Note;
+use crate::note::{Note, Step};
 use crate::output::Terminal;
 use crate::question::{Name, Question};
 use crate::sample::Sampler;
@@ -152,20 +152,24 @@ fn replies(session: &mut Session) -> Result<Vec<(String, String)>, Error> {
 fn angles(session: &mut Session, terminal: &mut Terminal) -> Result<Vec<Measured>, Error> {
     let mut sampler = Sampler::new(session)?;
     let angles = sampler.entries();
-    let rest = match rest::wait(session, &mut sampler, &angles, terminal) {
+    let why = match rest::wait(session, &mut sampler, &angles, terminal) {
+        Ok(rest) => return Ok(measured(&angles, rest)),
         // A broken sensor is replaced all the same.
-        Err(Error::Sensor(SensorError::NoValidAngle)) => {
-            terminal.note(&Note::NoAngles);
-            return Ok(Vec::new());
-        }
-        rest => rest?,
+        Err(Error::Sensor(SensorError::NoValidAngle)) => Step::NoAngleYet,
+        Err(Error::Sensor(SensorError::Defective)) => Step::Defective,
+        Err(failure) => return Err(failure),
     };
+    terminal.note(&Note::NoAngles(why));
+    Ok(Vec::new())
+}
+
+fn measured(angles: &[Entry], rest: Vec<Rest>) -> Vec<Measured> {
     let measured = angles.iter().zip(rest).map(|(entry, rest)| Measured {
         name: entry.name.clone(),
         angle: thousandths(rest.angle),
         spread: thousandths(rest.spread),
     });
-    Ok(measured.collect())
+    measured.collect()
 }
 
 fn shown(backup: &Backup) -> String {

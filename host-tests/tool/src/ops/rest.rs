@@ -110,6 +110,34 @@ pub fn thousandths(degrees: f64) -> f64 {
     (degrees * 1e3).round() / 1e3 + 0.0
 }
 
+/// Why the angles are not measured yet.
+enum Missing {
+    /// There are too few samples with valid angles.
+    Angle,
+    /// The sensor reports an error with which they are not valid.
+    Defect,
+    /// They have this spread in degrees.
+    Rest(f64),
+}
+
+impl Missing {
+    fn step(&self) -> Step {
+        match self {
+            Self::Angle => Step::NoAngleYet,
+            Self::Defect => Step::Defective,
+            Self::Rest(spread) => Step::Moves(thousandths(*spread)),
+        }
+    }
+
+    fn error(&self) -> SensorError {
+        match self {
+            Self::Angle => SensorError::NoValidAngle,
+            Self::Defect => SensorError::Defective,
+            Self::Rest(spread) => SensorError::NotAtRest(thousandths(*spread)),
+        }
+    }
+}
+
 /// Waits until these angles are at rest, and measures them.
 ///
 /// # Errors
@@ -134,25 +162,38 @@ pub fn wait(
     let end = after(session.link.now(), LONGEST);
     let mut next = after(session.link.now(), TOLD);
     let mut window = Window::default();
-    let mut spread = None;
+    let mut missing = Missing::Angle;
     loop {
         match sampler.poll(session, every)? {
+            Some(sample) if is_spoiled(session, &sample) => {
+                missing = Missing::Defect;
+                window.clear();
+            }
             Some(sample) => {
                 let own = places.iter();
                 let own = own.map(|(place, scale)| angle(&sample, *place, scale));
                 match own.collect() {
-                    Some(angles) if !is_spoiled(session, &sample) => window.push(angles),
-                    _ => window.clear(),
+                    Some(angles) => window.push(angles),
+                    None => window.clear(),
                 }
             }
             None => window.clear(),
         }
         if let Some(rest) = window.rest() {
-            let largest = rest.iter().map(|rest| rest.spread).fold(0.0, f64::max);
-            spread = Some(largest);
             let mut quiet = rest.iter().zip(&places);
-            if quiet.all(|(rest, (_, scale))| rest.is_quiet(degrees(scale, 1))) {
-                return Ok(rest);
+            if !quiet.all(|(rest, (_, scale))| rest.is_quiet(degrees(scale, 1))) {
+                let spreads = rest.iter().map(|rest| rest.spread);
+                missing = Missing::Rest(spreads.fold(0.0, f64::max));
+            } else {
+                let target = session.target;
+                match target.reports_defect(session) {
+                    Ok(false) => return Ok(rest),
+                    Ok(true) => missing = Missing::Defect,
+                    // It is asked again after another measurement.
+                    Err(Error::Silent(_)) => {}
+                    Err(failure) => return Err(failure),
+                }
+                window.clear();
             }
         }
         let now = session.link.now();
@@ -161,14 +202,11 @@ pub fn wait(
             return Err(Silence::Seconds(silence.to_secs()).into());
         }
         if now >= end {
-            return Err(match spread {
-                Some(spread) => SensorError::NotAtRest(thousandths(spread)).into(),
-                None => SensorError::NoValidAngle.into(),
-            });
+            return Err(missing.error().into());
         }
         if now >= next {
             next = after(now, TOLD);
-            terminal.note(&spread.map_or(Step::NoAngleYet, |own| Step::Moves(thousandths(own))));
+            terminal.note(&missing.step());
         }
         if !sampler.wait(session, every, &*terminal.stopped)? {
             return Err(stopped());

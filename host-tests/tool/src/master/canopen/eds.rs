@@ -299,6 +299,7 @@ fn protocol(services: &'static [Object]) -> Protocol {
         bit_rate: NO_PARAMETER,
         bit_rates: &[],
         lss: false,
+        defect: None,
         variants: &[],
         j1939: None,
     })

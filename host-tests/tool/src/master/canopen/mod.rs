@@ -3,6 +3,7 @@
 pub(crate) mod cob_ids;
 mod cyclic;
 pub(super) mod decode;
+mod defect;
 pub mod eds;
 pub(crate) mod error_register;
 pub(crate) mod fit;
@@ -215,6 +216,10 @@ impl Master for Node {
 
     fn store_rate(&self, session: &mut Session, rate: BitRate) -> Result<bool, Error> {
         self.store_by_lss(session, rate)
+    }
+
+    fn reports_defect(&self, session: &mut Session) -> Result<bool, Error> {
+        self.reports_defect_in(session)
     }
 
     fn identifiers(&self) -> Vec<CanId> {

@@ -1,6 +1,6 @@
 //! The explicit connection of a session, and the requests on it.
 
-use crate::error::{Error, SensorError, What};
+use crate::error::{Error, SensorError, Silence, What};
 use crate::master::Program;
 use crate::master::devicenet::explicit::{Path, Response, Slave};
 use crate::session::{Session, unexpected};
@@ -20,6 +20,10 @@ pub(super) const IDENTITY: Path = Path {
 
 /// The attribute of the identity object with the serial number.
 const SERIAL: u8 = 6;
+
+/// The attribute of the identity object with the status, and its bits of a major fault, which can be recoverable or not.
+const STATUS: u8 = 5;
+const MAJOR_FAULT: u32 = 3 << 10;
 
 /// The state of the connection.
 #[derive(Debug, Default)]
@@ -109,6 +113,15 @@ impl Slave {
         let response = self.request_in(session, service::SET, path, &data)?;
         let what = What::Write(entry.name.clone());
         response.must(self.mac, what).map(|_| ())
+    }
+
+    /// Whether the status has a major fault: the sensor cannot measure.
+    pub(super) fn reports_defect_in(self, session: &mut Session) -> Result<bool, Error> {
+        match self.request_in(session, service::GET, IDENTITY, &[STATUS])? {
+            Response::Done(status) => Ok(number(&status) & MAJOR_FAULT != 0),
+            Response::Refused(..) => Ok(false),
+            Response::Silent => Err(Silence::MacId(self.mac).into()),
+        }
     }
 
     /// What the program tells of itself.

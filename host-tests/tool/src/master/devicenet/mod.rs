@@ -199,6 +199,10 @@ impl Master for Slave {
         identity::told(session, *self)
     }
 
+    fn reports_defect(&self, session: &mut Session) -> Result<bool, Error> {
+        self.reports_defect_in(session)
+    }
+
     fn stream(
         &self,
         session: &mut Session,

@@ -1,6 +1,7 @@
 //! `align`: the offset of the mounting by the reversal.
 
-use super::rig::{Ended, Rig, tilt};
+use super::j1939;
+use super::rig::{Ended, Rig, broken, tilt};
 use bench::Bus;
 use bench::motion::Motion;
 use plumbline::measure::{I32x3, ONE_G, Reading};
@@ -57,15 +58,82 @@ fn number(document: &Value, name: &str) -> f64 {
     document[name]["value"].as_f64().expect("a number")
 }
 
-/// Table 12: SensorErrorX and SensorErrorY. An accelerometer without gravity is defective.
+/// GEMAC: SensorErrorX and SensorErrorY (table 12). IMS360: bit 1 of the status byte ST0 (7.2.27). TILTIX: a major fault in the status of
+/// the identity object.
 #[test]
-fn angles_of_a_sensor_with_an_error_are_not_taken() {
-    for product in ["is1", "is2"] {
-        let mut rig = placed(product, Box::new(Reading::default()));
-        let before = rig.done("backup -");
-        let refused = rig.fails("align --save");
-        assert_eq!(refused, (1, "no-angle".to_owned()), "{product}");
-        assert_eq!(rig.done("backup -"), before, "{product}");
+fn angles_of_a_sensor_that_reports_an_error_are_not_taken() {
+    for (product, axis) in [
+        ("is1", "axis-y"),
+        ("is2", "axis-z"),
+        ("ims360", "axis-z"),
+        ("tiltix080", "axis-z"),
+        ("tiltix360", "axis-y"),
+    ] {
+        for fault in [axis, "silent"] {
+            let mut rig = placed(product, broken(product, fault));
+            let ended = rig.tool("align --save");
+            assert_eq!(ended.code, 1, "{product} {fault}: {ended:?}");
+            let is_told = ended.notes.contains("reports an error");
+            assert!(is_told, "{product} {fault}: {ended:?}");
+            let mut questions = rig.questions.iter();
+            let is_asked = questions.any(|question| question.contains("Turn"));
+            assert!(!is_asked, "{product} {fault}: {:?}", rig.questions);
+        }
+    }
+}
+
+/// J1939-71: a field with error indicators has no angle.
+#[test]
+fn angles_with_error_indicators_are_not_taken() {
+    let mut rig = j1939::network("");
+    let id = rig.first();
+    let motion = broken("ims360", "axis-z");
+    rig.bus.borrow_mut().device_mut(id).set_motion(motion);
+    rig.run(3000);
+    assert_eq!(rig.fails("align"), (1, "no-angle".to_owned()));
+    assert!(rig.questions.is_empty());
+}
+
+#[test]
+fn angles_are_not_taken_if_the_sensor_does_not_tell_its_status() {
+    let mut rig = placed("ims360", mounted(false));
+    rig.lost = |frame| frame.bytes().starts_with(&[0x40, 0x00, 0x30, 0x01]);
+    assert_eq!(rig.fails("align"), (1, "no-angle".to_owned()));
+    assert!(rig.questions.is_empty());
+}
+
+/// The list of errors has those that have ended too, and the status other faults: they do not make an angle wrong.
+#[test]
+fn errors_that_have_ended_and_other_errors_prevent_no_measurement() {
+    for (product, setting) in [
+        ("is2", "cyclic-time=100ms"),
+        ("ims360", "filter-type=0"),
+        ("tiltix080", "size-of-moving-average-filter=99"),
+    ] {
+        let mut rig = placed(product, broken(product, "zero"));
+        let id = rig.first();
+        let motion = mounted(false);
+        rig.bus.borrow_mut().device_mut(id).set_motion(motion);
+        rig.run(3000);
+        // The memory fails: another error is active.
+        rig.bus
+            .borrow_mut()
+            .device_mut(id)
+            .flash()
+            .fail_writes(true);
+        rig.tool(&format!("set {setting} --save"));
+        rig.run(2000);
+        if product == "ims360" {
+            let register = &rig.json("get error-register")["error-register"];
+            assert_eq!(register["raw"], 0x81);
+            let is_listed = |sub| rig.done(&format!("raw 1003:{sub}")) == "02 FF 00 00\n";
+            assert!((1..=8).any(is_listed));
+        }
+        rig.yes_to = Some("Turn the sensor");
+        let ended = turned(&mut rig, "align", || mounted(true));
+        assert_eq!(ended.code, 2, "{product}: {ended:?}");
+        let last = rig.questions.last().expect("a question");
+        assert!(last.contains("mounting 1.00 deg"), "{product}: {last}");
     }
 }
 

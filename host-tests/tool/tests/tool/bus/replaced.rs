@@ -1,6 +1,8 @@
 //! `replace`: a new sensor gets what the old one was, and both are compared.
 
-use super::rig::{Rig, file};
+use super::rig::{Rig, broken, file};
+use bench::motion::Motion;
+use bench::script::LEVEL;
 use serde_json::Value;
 use std::fs;
 
@@ -24,6 +26,13 @@ fn fresh(product: &str) -> Rig {
     rig.attach(product, 2);
     rig.run(3000);
     rig
+}
+
+/// Gives a sensor another motion, and waits until its filters have settled.
+fn put(rig: &mut Rig, motion: Box<dyn Motion>) {
+    let id = rig.first();
+    rig.bus.borrow_mut().device_mut(id).set_motion(motion);
+    rig.run(3000);
 }
 
 fn text<'a>(row: &'a Value, key: &str) -> &'a str {
@@ -104,10 +113,7 @@ fn settings_are_carried_to_another_generation_and_not_to_other_angles() {
 fn angle_that_differs_is_a_difference() {
     let path = kept("angle", "is2", "cyclic-time=100ms");
     let mut rig = Rig::with("is2");
-    let id = rig.first();
-    let motion = Box::new(bench::script::LEVEL);
-    rig.bus.borrow_mut().device_mut(id).set_motion(motion);
-    rig.run(3000);
+    put(&mut rig, Box::new(LEVEL));
     let ended = rig.tool(&format!("replace write {path}"));
     assert_eq!(ended.code, 1, "{ended:?}");
     for part in ["difference -10.00 deg", "DIFFERENT"] {
@@ -118,30 +124,81 @@ fn angle_that_differs_is_a_difference() {
 /// The old sensor is broken: everything else is carried.
 #[test]
 fn angles_of_a_broken_sensor_are_neither_kept_nor_compared() {
-    let mut old = Rig::with("is2");
-    old.done("set cyclic-time=100ms --save");
-    let id = old.first();
-    let broken = Box::new(plumbline::measure::Reading::default());
-    old.bus.borrow_mut().device_mut(id).set_motion(broken);
-    old.run(3000);
-    let path = file("replaced-broken.toml").display().to_string();
-    let ended = old.tool(&format!("replace read {path}"));
-    assert_eq!(ended.code, 0, "{ended:?}");
-    assert!(ended.notes.contains("no valid angle"), "{ended:?}");
-    let kept = fs::read_to_string(&path).expect("a file");
-    assert!(kept.ends_with("[angles]\n"), "{kept}");
-    let mut rig = Rig::with("is2");
-    let ended = rig.tool(&format!("replace write {path}"));
-    assert_eq!(ended.code, 1, "{ended:?}");
-    for part in ["angle-x", "angle-y"] {
-        let row = ended
-            .out
-            .lines()
-            .find(|line| line.contains("not compared") && line.contains(part));
-        assert!(row.is_some(), "{part}: {ended:?}");
+    for (product, setting, raw, angles) in [
+        ("is2", "cyclic-time", 100, ["angle-x", "angle-y"]),
+        (
+            "jn2101",
+            "heartbeat-interval-time",
+            500,
+            ["slope-long32", "slope-lateral32"],
+        ),
+        ("ims360", "zero-x", 150, ["slope-long32", "slope-lateral32"]),
+        (
+            "tiltix080",
+            "differential-slope-long16-offset",
+            100,
+            ["slope-long16", "slope-lateral16"],
+        ),
+    ] {
+        let mut old = Rig::with(product);
+        old.done(&format!("set {setting}=raw:{raw} --save"));
+        put(&mut old, broken(product, "axis-z"));
+        let path = file(&format!("replaced-broken-{product}.toml"));
+        let path = path.display().to_string();
+        let ended = old.tool(&format!("replace read {path}"));
+        assert_eq!(ended.code, 0, "{ended:?}");
+        let told = "reports an error, so its angles are not valid: its angles are not compared";
+        assert!(ended.notes.contains(told), "{ended:?}");
+        let kept = fs::read_to_string(&path).expect("a file");
+        assert!(kept.ends_with("[angles]\n"), "{kept}");
+        let mut rig = Rig::with(product);
+        let ended = rig.tool(&format!("replace write {path}"));
+        assert_eq!(ended.code, 1, "{ended:?}");
+        for part in angles {
+            let mut lines = ended.out.lines();
+            let row = lines.find(|line| line.contains("not compared") && line.contains(part));
+            assert!(row.is_some(), "{product} {part}: {ended:?}");
+        }
+        assert!(ended.out.contains("Result: differences: 2"), "{ended:?}");
+        assert_eq!(rig.json(&format!("get {setting}"))[setting]["raw"], raw);
     }
-    assert!(ended.out.contains("Result: differences: 2"), "{ended:?}");
-    assert_eq!(rig.json("get cyclic-time")["cyclic-time"]["raw"], 100);
+}
+
+/// 7.6.1: a code of 10xxh in the list (1003h) is that of the measuring element, if an error is active (1001h). Its end is not in the list.
+#[test]
+fn angles_of_a_jn2101_are_not_kept_while_its_element_can_be_defective() {
+    let supplied = |volts: u16| -> Box<dyn Motion> { Box::new((LEVEL, 1000 * volts)) };
+    for (case, motions, clears, is_kept) in [
+        ("works", vec![supplied(24)], false, true),
+        ("another error", vec![supplied(40)], false, true),
+        (
+            "ended",
+            vec![broken("jn2101", "zero"), supplied(24)],
+            false,
+            true,
+        ),
+        // 3100h is the last one in the list.
+        (
+            "both",
+            vec![broken("jn2101", "zero"), supplied(40)],
+            false,
+            false,
+        ),
+        ("not in the list", vec![supplied(40)], true, false),
+        ("no values", vec![broken("jn2101", "silent")], false, false),
+    ] {
+        let mut rig = Rig::with("jn2101");
+        for motion in motions {
+            put(&mut rig, motion);
+        }
+        if clears {
+            rig.done("raw 1003:0=00");
+        }
+        let path = file("replaced-element.toml").display().to_string();
+        rig.done(&format!("replace read {path}"));
+        let kept = fs::read_to_string(&path).expect("a file");
+        assert_eq!(kept.contains("slope-long32 = { angle"), is_kept, "{case}");
+    }
 }
 
 #[test]

@@ -10,6 +10,8 @@ use ::adapter::bench::SharedBus;
 use ::adapter::unread::Unread;
 use adapter::{Altered, Event};
 use bench::motion::Motion;
+use bench::scene::{Axes, Scene};
+use bench::stage::Stage;
 use bench::{AdapterId, Bus, BusRate, Device, DeviceId, Flash, Geometry, NodeType, Sensor};
 use plumbline::can::{BitRate, Frame};
 use plumbline::measure::{I32x3, ONE_G, Reading};
@@ -50,6 +52,14 @@ pub fn tilt(x: f64, y: f64) -> Box<dyn Motion> {
         temperature: 25_00,
         ..Reading::default()
     })
+}
+
+/// About the same position of a product, with this fault of the accelerometer.
+pub fn broken(product: &str, fault: &str) -> Box<dyn Motion> {
+    let node_type = NodeType::find(product).expect("a product");
+    let scene = Scene::tilt(10.0, 5.0, Axes::of(&node_type)).expect("valid angles");
+    let fault = format!("accelerometer={fault}").parse().expect("a fault");
+    Box::new(Stage::new(scene, &[fault]))
 }
 
 /// The path of a file for a test. A file of an earlier run is removed.

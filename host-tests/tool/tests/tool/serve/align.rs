@@ -113,3 +113,32 @@ fn answer_to_a_question_of_another_measurement_measures_again() {
     assert_eq!(server.post("/api/disconnect", "{}").status, 200);
     assert_eq!(server.post("/api/align", "{}").code(), "not-connected");
 }
+
+/// The page ends without a question. `bus/align.rs` has all products.
+#[test]
+fn sensor_that_reports_an_error_is_not_aligned() {
+    let server = Running::connected("tiltix080");
+    for request in [
+        json!({"do": "tilt", "x": 3, "y": -1}),
+        json!({"do": "accelerometer", "fault": "axis-z"}),
+    ] {
+        let answer = server.post("/api/stand-in", &request.to_string());
+        assert_eq!(answer.status, 200, "{request}: {answer:?}");
+    }
+    let answer = server.post("/api/align", "{}");
+    assert_eq!(answer.code(), "no-angle", "{answer:?}");
+    let texts = &answer.json()["texts"];
+    for (language, start) in [
+        (
+            "en",
+            "the sensor reports an error, so its angles are not valid",
+        ),
+        (
+            "de",
+            "der Sensor meldet einen Fehler, deshalb sind seine Winkel nicht gültig",
+        ),
+    ] {
+        let text = texts[language].as_str().unwrap_or_default();
+        assert!(text.starts_with(start), "{language}: {texts}");
+    }
+}
