@@ -20,9 +20,11 @@ pub(super) fn make(
     bootloader: Option<(&Path, &Path)>,
     terminal: &mut Terminal,
 ) -> Result<(), Error> {
-    let mut all = vec![elf, output];
-    all.extend(bootloader.iter().flat_map(|(own, hex)| [*own, *hex]));
-    distinct(&all)?;
+    let hex = bootloader.map(|(_, hex)| hex);
+    for read in [elf].into_iter().chain(bootloader.map(|(own, _)| own)) {
+        let written = [output].into_iter().chain(hex);
+        distinct(&[read].into_iter().chain(written).collect::<Vec<_>>())?;
+    }
     let image = ImageFile::of(&read(elf)?);
     let image = image.map_err(|why| FileError::Program(elf.display().to_string(), why))?;
     let hex = match bootloader {
