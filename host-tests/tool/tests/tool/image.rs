@@ -3,8 +3,10 @@
 //! Each image is found, changed, stored, backed up, restored and zeroed as a user does it. The microcontroller then reports no
 //! violation of its reference manual.
 
-use crate::bus::rig::{Rig, file, tilted};
-use bench::{BusRate, Flash};
+use crate::bus::rig::{Rig, file, tilt, tilted};
+use bench::scene::{Axes, Scene};
+use bench::stage::Stage;
+use bench::{Bus, BusRate, DeviceId, Flash};
 use plumbline::can::BitRate;
 use plumbline::model::catalog::find;
 use serde_json::{Value, json};
@@ -56,11 +58,11 @@ fn elf(product: &str) -> &'static [u8] {
 }
 
 /// Connects a microcontroller with the image of a product as delivered.
-fn attach(rig: &mut Rig, product: &str) {
+fn attach(rig: &mut Rig, product: &str) -> DeviceId {
     let image = Rc::new(Image::parse(elf(product)).expect("an ELF file"));
     let name = find(product).expect("a product").name;
     let flash = Flash::blank(Board::BluePill.chip().facts().geometry);
-    rig.attach_sensor(Microcontroller::new(name, image, SERIAL, flash, tilted()).quiet());
+    rig.attach_sensor(Microcontroller::new(name, image, SERIAL, flash, tilted()).quiet())
 }
 
 impl Case {
@@ -131,6 +133,8 @@ impl Case {
         );
         self.is_restored(&mut rig, &one, &two);
         self.is_watched(&mut rig);
+        self.is_examined(&mut rig);
+        self.is_replaced(&mut rig);
         self.is_zeroed(&mut rig);
         check(&rig);
     }
@@ -190,6 +194,45 @@ impl Case {
                 assert!(angle.abs() > 1.0, "{sample}");
             }
         }
+    }
+
+    fn is_examined(&self, rig: &mut Rig) {
+        let line = format!("--rate 125 {} doctor --seconds 0.5 --active", self.options);
+        let ended = rig.tool(&format!("--json {line}"));
+        let document: Value = serde_json::from_str(&ended.out).expect("a document");
+        // A sensor in J1939 broadcasts its angles, and is alone.
+        let expected = match self.protocol {
+            "j1939" => json!("nobody-acknowledges"),
+            _ => Value::Null,
+        };
+        assert_eq!(document["findings"][0]["code"], expected, "{document}");
+        let sensor = document["sensors"][0].as_str().expect("a sensor");
+        assert!(sensor.contains(self.product), "{document}");
+        let usage = document["usage"].as_array().expect("a list").len();
+        assert_eq!(usage, usize::from(self.product != "ims360"), "{document}");
+    }
+
+    /// The sensor takes its own place.
+    fn is_replaced(&self, rig: &mut Rig) {
+        let path = file(&format!(
+            "image-{}-{}-old.toml",
+            self.product, self.protocol
+        ));
+        let path = path.display();
+        if self.product == "is1" {
+            let upright = Scene::tilt(30.0, 0.0, Axes::One).expect("valid angles");
+            let upright = Stage::new(upright, &[]);
+            let id = rig.first();
+            rig.bus
+                .borrow_mut()
+                .device_mut(id)
+                .set_motion(Box::new(upright));
+            rig.run(3000);
+        }
+        self.json(rig, &format!("replace read {path}"));
+        let document = self.json(rig, &format!("replace write {path}"));
+        let angles = document["angles"].as_array().map(Vec::len);
+        assert_eq!(angles, Some(self.angles.len()), "{document}");
     }
 
     fn is_zeroed(&self, rig: &mut Rig) {
@@ -300,6 +343,37 @@ fn image_of_tiltix_is_found_set_backed_up_restored_and_zeroed() {
         angles: &["slope-long16", "slope-lateral16"],
     }
     .run();
+}
+
+/// The second sensor is aligned afterwards: a mounting of X = 1 deg, Y = -0.5 deg on a surface of X = 2 deg, Y = 1.5 deg.
+#[test]
+fn images_of_two_products_are_commissioned_and_aligned() {
+    let mut rig = Rig::new(BusRate::Fixed(RATE));
+    rig.says_yes = true;
+    let [_, id] = ["jn2101", "is2"].map(|product| attach(&mut rig, product));
+    let folder = tempfile::tempdir().expect("a folder");
+    rig.config = Some(folder.path().to_owned());
+    let plan = folder.path().join("plan.toml");
+    let text = "[[sensor]]\nname = \"left\"\nproduct = \"jn2101\"\nzero = true\nparameters.node-id = 11\n\
+        [[sensor]]\nname = \"boom\"\nproduct = \"is2\"\nparameters.set-id = \"310h\"\nparameters.reply-id = \"311h\"\n";
+    std::fs::write(&plan, text).expect("a file");
+    let document = rig.json(&format!("commission {}", plan.display()));
+    let address = |place: usize| document["sensors"][place]["address"].clone();
+    assert_eq!([address(0), address(1)], ["node-ID 11", "identifier 310h"]);
+    rig.bus
+        .borrow_mut()
+        .device_mut(id)
+        .set_motion(tilt(3.0, 1.0));
+    rig.run(3000);
+    let turn = move |bus: &mut Bus| bus.device_mut(id).set_motion(tilt(-1.0, -2.0));
+    rig.events.push((rig.later(4500), Rc::new(turn)));
+    let aligned = rig.json("--rate 125 --id 310 align --save");
+    for (place, mounting) in [(0, 1.0), (1, -0.5)] {
+        let angle = &aligned["angles"][place];
+        let wrong = angle["mounting"].as_f64().expect("a number") - mounting;
+        assert!(wrong.abs() < 0.06, "{aligned}");
+    }
+    check(&rig);
 }
 
 /// The sensor restarts in some ms, and sends its first message at the new rate. An adapter at the old rate brings the sensor to bus-off.
