@@ -8,8 +8,9 @@
 //! | function select codes | 61h, number | 61h, error bits of the status, number, u32 or i32; number 0: the highest number | 61h, status with CmdParamError | as for another number |
 //! | DeviceNet | get attribute single of class C7h, instance 1, number as attribute | u32 or i32; class attribute 1: the revision, 1 | error 14h | error 0Eh |
 //!
-//! The IMS360 does not have it, because its image fills the Blue Pill ([`Application::HAS_DIAGNOSIS`](crate::application::Application::HAS_DIAGNOSIS)). It
-//! answers as its original. Products of your own have it also in J1939.
+//! The IMS360 does not have it, because its image fills the Blue Pill
+//! ([`Application::HAS_DIAGNOSIS`](crate::application::Application::HAS_DIAGNOSIS)). It answers as its original. Products of your own have
+//! it also in J1939.
 //!
 //! The four manuals leave index, code and class free. An original answers 5F00h with abort 0602 0000h, code 61h with CmdParamError, and
 //! class C7h with error 16h.

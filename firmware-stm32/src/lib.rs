@@ -157,7 +157,8 @@ macro_rules! firmware {
             );
         };
 
-        /// The number of the product, the measuring element, and the version. It is in the ELF file only, for the program that makes an image file of it.
+        /// The number of the product, the measuring element, and the version. It is in the ELF file only, for the program that makes an
+        /// image file of it.
         #[cfg(target_os = "none")]
         #[used]
         #[unsafe(link_section = ".plumbline.program")]

@@ -69,8 +69,8 @@ impl<P: Product> Services<P> {
         Ok(cob_id::stored(value, base, self.node_id))
     }
 
-    /// Checks a write of the COB-ID of the SYNC: with fixed identifiers, the node must not send with this identifier, neither with its
-    /// present node-ID nor after the next reset. Free identifiers can change in any order.
+    /// Checks a write of the COB-ID of the SYNC: with fixed identifiers it is refused if the node sends with this identifier now, and also
+    /// after the next reset. Free identifiers can change in any order.
     pub(super) fn check_sync(
         &self,
         cx: &ContextOf<P>,

@@ -67,7 +67,7 @@ impl<P: Product> Objects for View<'_, P> {
         }
     }
 
-    fn misfit(
+    fn other_length(
         &mut self,
         now: Instant,
         row: &'static Row,

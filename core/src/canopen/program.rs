@@ -21,12 +21,14 @@ use crate::can::CanId;
 use crate::time::Instant;
 use crate::update::{Contact, Installed};
 
-/// Program control, program software identification, flash status identification.
-/// The high byte of their indices.
+/// The high byte of the indices.
 pub(super) const GROUP: u8 = 0x1F;
 
+/// Program control.
 const CONTROL: u16 = 0x1F51;
+/// Program software identification.
 const IDENTIFICATION: u16 = 0x1F56;
+/// Flash status identification.
 const STATUS: u16 = 0x1F57;
 
 impl<P: Product> Services<P> {
@@ -79,6 +81,8 @@ impl<P: Product> Services<P> {
             }
             Announced::Expedited([1, ..], None | Some(1)) => Ok(()),
             Announced::Expedited(_, None | Some(1)) => Err(Abort::Value),
+            // Each client writes one byte in an expedited transfer.
+            Announced::Segmented(None | Some(1)) => Err(Abort::Access),
             _ => Err(Abort::TooLong),
         }
     }

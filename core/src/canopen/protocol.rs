@@ -32,7 +32,9 @@ pub type CanopenNode<P> = CanNode<<P as Product>::Application, Canopen<P>>;
 /// |--------------------------|-----------------------------------------|------------------------------------------------------------|
 /// | `restored`, `start`      | the same function                       | the same function, then the other protocol goes online     |
 /// | `receive`                | [`route`](Self::route), then [`serve`](Self::serve) | [`serve`](Self::serve) with the identifier of the reply |
-/// | `tick`, first step       | the same function                       | [`resets_hosted`](Self::resets_hosted), [`tick_hosted`](Self::tick_hosted) |
+/// | `tick`, step 0           | the same function                       | [`resets_hosted`](Self::resets_hosted)                      |
+/// | `tick`, step 1           | the same function                       | [`tick_hosted`](Self::tick_hosted)                          |
+/// | `proceed`                | the same function                       | the same function                                           |
 /// | `stored`                 | the same function                       | [`stored_hosted`](Self::stored_hosted)                      |
 /// | `bus_changed`            | the same function                       | the same function: it counts the faults                     |
 /// | `deadlines`              | the same function                       | [`deadline_hosted`](Self::deadline_hosted)                  |
@@ -113,7 +115,8 @@ impl<P: Product> Canopen<P> {
         }
     }
 
-    /// Handles the time-out of life guarding, or the loss of the heartbeat of a node: sends an emergency message and performs the error behaviour (1029h).
+    /// Handles the time-out of life guarding, or the loss of the heartbeat of a node: sends an emergency message and performs the error
+    /// behaviour (1029h).
     pub(super) fn lose_master(&mut self, cx: &mut ContextOf<P>, now: Instant) {
         /// Error behaviour (1029h): no change of the NMT state.
         const NO_CHANGE: u32 = 1;

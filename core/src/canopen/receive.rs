@@ -51,12 +51,12 @@ impl<P: Product> Canopen<P> {
         if !self.services.state.communicates() {
             return;
         }
-        // In a running transfer, these bytes can be data.
         let [_, _, group, ..] = bytes;
         if (group == program::GROUP || P::Application::HAS_DIAGNOSIS && group == diagnosis::GROUP)
-            && !self.sdo.deadline().is_set()
             && let Some(answer) = self.services.answer_extra(cx, now, bytes)
         {
+            // An initiate request ends the previous transfer.
+            self.sdo.finish();
             send_reply(cx, reply, Some(answer));
             return;
         }

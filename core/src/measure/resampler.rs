@@ -6,9 +6,9 @@
 //! and interpolated between them. So the cut-off frequencies of the following filters do not depend on the oscillator, and
 //! vibration does not alias into their pass bands.
 //!
-//! An accelerometer states its data rate, or a driver measures it ([`Resampler::adjust`]). The remaining error of up to 0.15 %, and slow changes of up to 2 %, are measured with the
-//! clock of the caller ([`Resampler::follow`]): some seconds after the start, an output is complete in the middle between two calls, so
-//! there is exactly one output between two calls.
+//! An accelerometer states its data rate, or a driver measures it ([`Resampler::adjust`]). The remaining error of up to 0.15 %, and slow
+//! changes of up to 2 %, are measured with the clock of the caller ([`Resampler::follow`]): some seconds after the start, an output is
+//! complete in the middle between two calls, so there is exactly one output between two calls.
 //!
 //! The weights are symmetric in time: the delay is half their number in values of the accelerometer, equal at all frequencies. The
 //! response is a minimax design (linear programming), one for 833 Hz and one for 1000 Hz, with an error of the oscillator of up to 5 %:

@@ -15,10 +15,9 @@
 //! # Wear
 //!
 //! A record has 44 bytes. It is written ten seconds after a start, then at most once an hour. Each slot of the Blue Pill, a page of 1 KiB,
-//! holds 13 to 20 of them beside the calibration and the parameters. A page is erased once for each two fillings. With 24
-//! records a day, which is an operation without a pause, that is at most once in 26 hours. The flash
-//! permits 10,000 erases of a page: 28 years. A device that runs 10 hours a day with three starts writes 12 records a
-//! day, and lasts twice as long.
+//! holds 13 to 20 of them beside the calibration and the parameters. A page is erased once for each two fillings. With 24 records a day,
+//! which is an operation without a pause, that is at most once in 26 hours. The flash permits 10,000 erases of a page: 28 years. A device
+//! that runs 10 hours a day with three starts writes 12 records a day, and lasts twice as long.
 
 /// The payload of the record in bytes.
 pub(super) const SIZE: usize = OWNER + 22;

@@ -8,7 +8,8 @@
 //!       +---------+-------+-------+-------+
 //! ```
 //!
-//! The product has its [measuring element](Element) in bit 15. Numbers are little-endian, so bytes 2 to 6 are the version of a [`Header`](super::Header).
+//! The product has its [measuring element](Element) in bit 15. Numbers are little-endian, so bytes 2 to 6 are the version of a
+//! [`Header`](super::Header).
 
 use super::element::Element;
 use super::header::version;

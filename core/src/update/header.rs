@@ -25,10 +25,9 @@
 //!       +-------+--------+--------+---------+-------+--------+---------+--------+--------+---------+-----------+--------+--------+
 //! ```
 //!
-//! Numbers are little-endian. The product is the number of its [`ImageId`](crate::store::ImageId), with the [measuring element](Element) in bit
-//! 15. The version is 65536 * major + 256 * minor + patch; a higher
-//! number is a newer program. The key id is 0 for an image without a signature, otherwise
-//! the first two bytes of the identifier of the key. The commit is programmed to 0000h at the end of an update.
+//! Numbers are little-endian. The product is the number of its [`ImageId`](crate::store::ImageId), with the [measuring element](Element) in
+//! bit 15. The version is 65536 * major + 256 * minor + patch; a higher number is a newer program. The key id is 0 for an image without a
+//! signature, otherwise the first two bytes of the identifier of the key. The commit is programmed to 0000h at the end of an update.
 //!
 //! Both CRCs are CRC-32/MPEG-2 of words in the order of the CRC unit of an STM32: the most significant byte of each little-endian word
 //! first. That of the body counts FFh in place of the header. That of the first page is of bytes 0 to [`PAGE`] of the slot with the header in

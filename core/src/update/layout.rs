@@ -47,7 +47,7 @@ pub const NUCLEO_F103RB: Layout = Layout {
 
 /// Nucleo-F446RE: two slots of 128 KiB, sectors 5 and 6, behind 16 KiB for the bootloader, sector 0. The boot record is in sector 7.
 ///
-/// Sectors 1 and 4 are not used. Sector 4 has 64 KiB, of which the IMS360 leaves 148 bytes; its erase is only 0.5 s shorter.
+/// Sectors 1 and 4 are not used. The 64 KiB of sector 4 are too small for the IMS360, and its erase is only 0.5 s shorter.
 pub const NUCLEO_F446RE: Layout = Layout {
     name: "nucleo-f446re",
     board: 3,

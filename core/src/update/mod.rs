@@ -52,7 +52,7 @@
 //! its place is the [write-protected flash of the bootloader](Layout::key). Who has a probe can always replace it.
 //!
 //! An older program with a signature is taken with the permission of the client: there is no lowest permitted version. It would need a place that a
-//! power cut cannot erase, and the bootloader with signatures has 12 bytes left.
+//! power cut cannot erase, and the bootloader with signatures has no room for it.
 //!
 //! # A power cut
 //!

@@ -16,8 +16,8 @@
 //!       +------+----------+---------+---------+--------+---------+---------+-----------+--------+--------+
 //! ```
 //!
-//! Numbers are little-endian. The product has its [measuring element](Element) in bit 15. The bit rate is its place in [`BitRate::ALL`]. Bit 31 of an identifier means 29 bits. The CRC is
-//! [that of a header](super::header::crc), of the bytes before it.
+//! Numbers are little-endian. The product has its [measuring element](Element) in bit 15. The bit rate is its place in [`BitRate::ALL`].
+//! Bit 31 of an identifier means 29 bits. The CRC is [that of a header](super::header::crc), of the bytes before it.
 
 use super::element::Element;
 use super::header::number;

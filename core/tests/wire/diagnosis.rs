@@ -78,6 +78,16 @@ fn segment_with_the_bytes_of_the_index_belongs_to_its_transfer() {
     assert_eq!(t.exchange("60A#00415F0041414141"), ["58A#2000000000000000"]);
 }
 
+/// CiA 301 7.2.4.3.
+#[test]
+fn request_for_5f00h_ends_the_running_transfer() {
+    let mut t = canopen::booted();
+    t.sent();
+    assert_eq!(t.exchange("60A#4008100000000000"), ["58A#4108100006000000"]);
+    assert_eq!(t.exchange("60A#40005F0000000000"), ["58A#4F005F000C000000"]);
+    assert_eq!(t.exchange("60A#6000000000000000"), ["58A#8000000001000405"]);
+}
+
 #[test]
 fn function_select_code_61h_has_each_value_and_is_refused_otherwise() {
     let mut t = used(fsc::is2());

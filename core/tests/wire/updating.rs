@@ -56,6 +56,9 @@ fn canopen_node_stops_its_program_only_behind_a_bootloader() {
     assert_eq!(t.write(0x1F51, 1, 1, 1), Ok(()));
     assert_eq!(t.write(0x1F51, 1, 1, 2), Err(0x0609_0030));
     assert_eq!(t.write(0x1F51, 1, 2, 0), Err(0x0607_0012));
+    // Segmented, of one byte and of two.
+    assert_eq!(t.exchange("60A#21511F0101000000"), ["58A#80511F0100000106"]);
+    assert_eq!(t.exchange("60A#21511F0102000000"), ["58A#80511F0112000706"]);
     assert_eq!(t.write(0x1F56, 1, 4, 0), Err(0x0601_0002));
     assert_eq!(t.write(0x1F56, 2, 4, 0), Err(0x0601_0002));
     assert_eq!(leaves(&t), (false, None));

@@ -27,7 +27,7 @@
 //! each initiate request, and a client that begins another transfer in the middle of a block gets its reply.
 
 use super::message::{self, Address};
-use super::server::{Buffer, Objects, Server, fits};
+use super::server::{Buffer, Objects, Server, check_length};
 use crate::canopen::Abort;
 use crate::canopen::feature::{Feature, Initial};
 use crate::time::Instant;
@@ -361,7 +361,7 @@ impl<O: Copy, B: Buffer, K: Feature<Block>> Server<O, B, K> {
         let size = u32::from_le_bytes([d0, d1, d2, d3]);
         let announced = (command & command::SIZED != 0).then_some(size);
         if let Some(size) = announced {
-            fits(objects, now, object, size)?;
+            check_length(objects, now, object, size)?;
         }
         self.data = B::EMPTY;
         if let Some(block) = self.block.get_mut() {
@@ -411,7 +411,7 @@ impl<O: Copy, B: Buffer, K: Feature<Block>> Server<O, B, K> {
             return Err(Abort::Crc);
         }
         let object = objects.find(self.address)?;
-        fits(objects, now, object, length)?;
+        check_length(objects, now, object, length)?;
         let data = core::mem::replace(&mut self.data, B::EMPTY);
         let written = objects.write(now, object, data.bytes())?;
         Ok(self.answer(written, message::block_download_end_reply()))

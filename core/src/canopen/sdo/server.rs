@@ -54,8 +54,9 @@ pub trait Objects {
         }
     }
 
-    /// Whether data of a `length` other than the [size](Self::size) is written nevertheless. `abort` is the usual answer.
-    fn misfit(
+    /// Handles a write of data whose `length` is other than the [size](Self::size): an object can take it nevertheless, or react to it.
+    /// `abort` is the usual answer.
+    fn other_length(
         &mut self,
         now: Instant,
         object: Self::Object,
@@ -72,8 +73,8 @@ pub trait Objects {
     /// The text in an object, or the eight bytes of a number of 64 bits.
     fn text(&self, object: Self::Object) -> Self::Text;
 
-    /// Writes to a writable object. `data` has the size of the number or is a [misfit](Self::misfit), or is a text. On an error,
-    /// nothing changes.
+    /// Writes to a writable object. `data` is a text, or has the size of the number or [another length](Self::other_length) that was taken.
+    /// On an error, nothing changes.
     fn write(&mut self, now: Instant, object: Self::Object, data: &[u8]) -> Result<Written, Abort>;
 }
 
@@ -348,13 +349,13 @@ impl<O: Copy, B: Buffer, K: Feature<Block>> Server<O, B, K> {
                 };
                 let length = length.unwrap_or(own);
                 let data = data.get(..length.into()).unwrap_or(&data);
-                fits(objects, now, object, length.into())?;
+                check_length(objects, now, object, length.into())?;
                 let written = objects.write(now, object, data)?;
                 Ok(self.answer(written, message::download_reply(address)))
             }
             Announced::Segmented(size) => {
                 if let Some(size) = size {
-                    fits(objects, now, object, size)?;
+                    check_length(objects, now, object, size)?;
                 }
                 self.data = B::EMPTY;
                 let stage = Stage::Download {
@@ -405,7 +406,7 @@ impl<O: Copy, B: Buffer, K: Feature<Block>> Server<O, B, K> {
         if size.is_some_and(|size| size != length) {
             return Err(Abort::Length);
         }
-        fits(objects, now, object, length)?;
+        check_length(objects, now, object, length)?;
         let data = core::mem::replace(&mut self.data, B::EMPTY);
         let written = objects.write(now, object, data.bytes())?;
         Ok(self.answer(written, reply))
@@ -429,8 +430,8 @@ impl<O: Copy, B: Buffer, K: Feature<Block>> Server<O, B, K> {
     }
 }
 
-/// Whether data of `size` bytes can be written to an object.
-pub(super) fn fits<T: Objects>(
+/// Checks the length of data before it is written. An object can react to a wrong one.
+pub(super) fn check_length<T: Objects>(
     objects: &mut T,
     now: Instant,
     object: T::Object,
@@ -438,9 +439,9 @@ pub(super) fn fits<T: Objects>(
 ) -> Result<(), Abort> {
     let (least, most) = T::lengths(object);
     if size > most {
-        objects.misfit(now, object, size, Abort::TooLong)
+        objects.other_length(now, object, size, Abort::TooLong)
     } else if size < least {
-        objects.misfit(now, object, size, Abort::TooShort)
+        objects.other_length(now, object, size, Abort::TooShort)
     } else {
         Ok(())
     }

@@ -26,7 +26,7 @@ pub mod id {
         MAPPING[4](9),
         /// Baud rate in bit/s (2001h).
         BIT_RATE,
-        /// Node-ID, 1 to 127 (2002h).
+        /// Node-ID, 1 to 126 (2002h); 255 by LSS.
         NODE_ID,
         /// CAN protocol after the next restart (3100h:01).
         PROTOCOL,

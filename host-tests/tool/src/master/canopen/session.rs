@@ -10,6 +10,7 @@ use crate::ops::report::Done;
 use crate::session::{Session, unexpected};
 use crate::sheet::{Address, Entry};
 use plumbline::can::BitRate;
+use plumbline::canopen::Abort;
 use plumbline::canopen::dictionary::{Service, Starts, Target, Use};
 use plumbline::diagnosis;
 use plumbline::model::listing::canopen::Tables;
@@ -123,7 +124,11 @@ fn number_of_program(
     (index, sub): (u16, u8),
 ) -> Result<Option<u32>, Error> {
     match server.read(&mut session.link, index, sub)? {
-        Answer::Aborted(_) => Ok(None),
+        Answer::Aborted(code)
+            if code == Abort::NoObject as u32 || code == Abort::NoSubIndex as u32 =>
+        {
+            Ok(None)
+        }
         answer => Ok(Some(number(&answer.must(server, What::Program)?))),
     }
 }
