@@ -19,7 +19,7 @@ errors! {
             "die Schnittstelle {name} ist ausgefallen ({reason}): siehe `ip -details link show {name}`";
         NoRate(name: String): Usage "no-rate" = "{name} needs a bit rate: give it with --rate (virtual-sensor: --bus-rate)",
             "{name} braucht eine Bitrate: Wählen Sie die Bitrate";
-        NoListenOnly(name: String): Bus "no-listen-only" = "{name} has no listen-only mode, so it was not opened: `plumbline scan --active` asks without listening first",
+        NoListenOnly(name: String): Bus "no-listen-only" = "{name} has no listen-only mode, so it was not opened: `plumbline scan --active` sends requests without listening first",
             "{name} kann nicht nur hören und wurde nicht geöffnet: Kreuzen Sie Auch Anfragen senden an",
             "{name} has no listen-only mode, so it was not opened: check the box Send requests as well";
         SerialPort: Usage "unknown-port" = "slcan: needs a serial port, for example slcan:/dev/ttyACM0 or slcan:COM3; slcan://HOST:PORT is slcan over TCP",
@@ -75,7 +75,7 @@ errors! {
             "{name} ist kein slcan-Adapter: Er sendet {text:?}. Prüfen Sie den Anschluss; andere Anschlüsse sind can0 und usb";
         FrameRefused(name: String): Bus "frame-refused" = "{name} refused a frame, because its queue is full or the bus is off: check the bit rate and the wiring",
             "{name} hat ein Frame abgelehnt, weil seine Warteschlange voll oder der Bus aus ist: Prüfen Sie Bitrate und Verdrahtung";
-        QueueFull: Bus "frame-refused" = "the queue of the interface is full, because nobody acknowledges: check bit rate, wiring and terminators",
+        QueueFull: Bus "frame-refused" = "the queue of the interface is full, because no node acknowledges: check bit rate, wiring and terminators",
             "die Warteschlange der Schnittstelle ist voll, weil niemand bestätigt: Prüfen Sie Bitrate, Verdrahtung und Abschlusswiderstände";
         NoInterface(name: String): Bus "no-adapter" = "there is no interface {name}: `ip link` shows all, and other ports are slcan://HOST:PORT, slcan:/dev/ttyACM0 and usb[:SERIAL]",
             "es gibt keine Schnittstelle {name}: `ip link` zeigt alle, und andere Anschlüsse sind slcan://HOST:PORT, slcan:/dev/ttyACM0 und usb[:SERIAL]";

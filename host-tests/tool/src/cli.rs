@@ -35,12 +35,12 @@ pub struct Cli {
 /// A command.
 #[derive(Clone, Debug, Subcommand)]
 pub enum Command {
-    /// Find sensors: listens at all bit rates, then asks
+    /// Find sensors: listens at all bit rates, then sends requests
     Scan {
         /// Send requests on a bus without traffic, without a question to the user
         #[arg(long)]
         active: bool,
-        /// Also ask for GEMAC sensors at all 2048 identifiers of 11 bits; with all other addresses at least 50 s at 250 kbit/s
+        /// Also send requests for GEMAC sensors to all 2048 identifiers of 11 bits; with all other addresses at least 50 s at 250 kbit/s
         #[arg(long)]
         search: bool,
     },
@@ -70,7 +70,7 @@ pub enum Command {
         #[arg(long)]
         exit_code: bool,
     },
-    /// Make the offset of the mounting zero: reads the angles at rest, asks to turn the sensor by 180 deg, reads again; the mean is the offset
+    /// Compensate the mounting offset: reads the angles at rest, asks to turn the sensor by 180 deg, reads again; the mean is the offset
     Align {
         /// Store it afterwards
         #[arg(long)]
@@ -112,7 +112,7 @@ pub enum Command {
     Log {
         /// The file; - is standard output
         file: PathBuf,
-        /// Say behind each frame what it is
+        /// Append the decoded meaning to each frame
         #[arg(long)]
         decode: bool,
         /// Which frames
@@ -122,7 +122,7 @@ pub enum Command {
         #[arg(long, value_name = "S", allow_negative_numbers = true)]
         seconds: Option<f64>,
     },
-    /// Say what the frames in a log are: product, message, values with their units
+    /// Decode the frames of a log: product, message, values with their units
     Decode {
         /// The log, as `log` and `candump -L` write it; - is standard input
         file: PathBuf,
@@ -201,13 +201,13 @@ pub enum Command {
         #[arg(long, value_name = "FILE", requires = "bootloader")]
         hex: Option<PathBuf>,
     },
-    /// Make, show and use the key that signs image files
+    /// Create, show and use the key that signs image files
     Key {
         /// What it does
         #[command(subcommand)]
         command: KeyCommand,
     },
-    /// Load the program of an image file into a sensor with a bootloader
+    /// Update the firmware of a sensor from an image file
     Update {
         /// The image file, from `image`
         file: PathBuf,
@@ -221,7 +221,7 @@ pub enum Command {
         #[arg(long)]
         no_backup: bool,
     },
-    /// Commission the sensors of a plan (TOML) one after the other: name, settings, zero, store, compare. The same command goes on where it stopped
+    /// Commission the sensors of a plan (TOML) one after the other: name, settings, zero, store, compare. The same command continues where it stopped
     Commission {
         /// The plan
         plan: PathBuf,
@@ -232,18 +232,18 @@ pub enum Command {
         #[arg(long, value_name = "S", default_value_t = 600, value_parser = clap::value_parser!(u32).range(1..=86_400))]
         wait: u32,
     },
-    /// Replace a sensor: keep what the old one is in a file, then make the new one equal and compare both
+    /// Replace a sensor: save the old sensor to a file, then configure the new one and compare both
     Replace {
         /// The step
         #[command(subcommand)]
         step: replace::Replace,
     },
-    /// Say what is wrong with the bus: load, errors, duplicate identifiers, nobody acknowledging, a missing terminator, a wrong bit rate
+    /// Diagnose the bus: load, errors, duplicate identifiers, frames without acknowledgement, a missing terminator, a wrong bit rate
     Doctor {
         /// How long to listen [default: 5]
         #[arg(long, value_name = "S", allow_negative_numbers = true)]
         seconds: Option<f64>,
-        /// Also ask the sensors; on a bus without traffic at the addresses as delivered
+        /// Also send requests to the sensors; on a bus without traffic to the factory addresses
         #[arg(long)]
         active: bool,
     },
@@ -270,7 +270,7 @@ pub enum Command {
 /// What `key` does.
 #[derive(Clone, Debug, clap::Subcommand)]
 pub enum KeyCommand {
-    /// Make a private key for 1024 signatures
+    /// Create a private key for 1024 signatures
     New {
         /// The file of the key
         file: PathBuf,

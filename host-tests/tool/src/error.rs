@@ -274,9 +274,9 @@ from! {
 }
 
 /// What to do on the page if nobody answers.
-const NO_ANSWER: &str = "check power and wiring, choose Bit rate: automatic and press Connect, or press Find sensors. All causes are in the chapter \"Nobody answers\" of EXCHANGE.md";
+const NO_ANSWER: &str = "check power and wiring, choose Bit rate: automatic and press Connect, or press Find sensors. All causes are in the chapter \"No answer\" of EXCHANGE.md";
 const NO_ANSWER_DE: &str = "Prüfen Sie Versorgung und Verdrahtung, wählen Sie Bitrate: automatisch und drücken Sie Verbinden, oder drücken Sie Sensoren suchen. Alle Ursachen stehen im Kapitel \"Niemand antwortet\" von AUSTAUSCH.md";
 
 /// What to do on the page if the sensor is not found.
-const NOT_FOUND: &str = "check power, wiring and terminators. Press Find sensors and switch the sensor off and on meanwhile, or check the box Send requests as well. All causes are in the chapter \"Nobody answers\" of EXCHANGE.md";
+const NOT_FOUND: &str = "check power, wiring and terminators. Press Find sensors and switch the sensor off and on meanwhile, or check the box Send requests as well. All causes are in the chapter \"No answer\" of EXCHANGE.md";
 const NOT_FOUND_DE: &str = "Prüfen Sie Versorgung, Verdrahtung und Abschlusswiderstände. Drücken Sie Sensoren suchen, und schalten Sie dabei den Sensor aus und ein, oder kreuzen Sie Auch Anfragen senden an. Alle Ursachen stehen im Kapitel \"Niemand antwortet\" von AUSTAUSCH.md";

@@ -33,13 +33,13 @@ texts! {
             "sucht Sensoren von {product} durch LSS: Alle Knoten mit LSS verlieren ihre Node-ID, bis sie eine bekommen oder neu starten";
         SwitchOff(name: String) = "switch {name} off", "schalten Sie {name} aus";
         Commissioned(line: String) = "{line}", "{line}";
-        GoesOn(path: String) = "the same command goes on where it stopped; {path} has the state", "derselbe Befehl setzt dort fort, wo er aufgehört hat; {path} hat den Stand";
+        GoesOn(path: String) = "the same command continues where it stopped; {path} has the state", "derselbe Befehl setzt dort fort, wo er aufgehört hat; {path} hat den Stand";
         StaysZero(name: String) = "{name} stays 0. To change it, set {name}", "{name} bleibt 0. Um es zu ändern, setzen Sie {name}";
-        LeftOut(why: String) = "left out: {why}", "weggelassen: {why}";
-        EntryLeftOut(name: String, failure: Error) = "{name} is left out: {failure}", "{name} ist weggelassen: {failure}";
-        CommandLeftOut = "one entry is left out, because writing it is a command or changes process data: the file names it",
+        LeftOut(why: String) = "skipped: {why}", "weggelassen: {why}";
+        EntryLeftOut(name: String, failure: Error) = "{name} is skipped: {failure}", "{name} ist weggelassen: {failure}";
+        CommandLeftOut = "one entry is skipped, because writing it is a command or changes process data: the file names it",
             "ein Eintrag ist weggelassen, weil sein Schreiben ein Befehl ist oder Prozessdaten ändert: Die Datei nennt ihn";
-        CommandsLeftOut(count: usize) = "{count} entries are left out, because writing them is a command or changes process data: the file lists them",
+        CommandsLeftOut(count: usize) = "{count} entries are skipped, because writing them is a command or changes process data: the file lists them",
             "{count} Einträge sind weggelassen, weil ihr Schreiben ein Befehl ist oder Prozessdaten ändert: Die Datei nennt sie";
         Labels(path: String) = "the names are in {path}", "die Namen stehen in {path}";
         Labelled(name: String) = "the sensor has the name {name:?} of the file now", "der Sensor hat jetzt den Namen {name:?} der Datei";
@@ -48,7 +48,7 @@ texts! {
         LastCommand(options: String) = "as in the last command: {options}", "wie im letzten Befehl: {options}";
         Listens = "the bit rate is not sure: the tool listens at all bit rates, for 13 s at most",
             "die Bitrate ist nicht sicher: Das Programm hört mit allen Bitraten, höchstens 13 s lang";
-        Searches = "nobody answers there: the tool searches as without the last command",
+        Searches = "no answer there: the tool searches as without the last command",
             "dort antwortet niemand: Das Programm sucht wie ohne den letzten Befehl";
         FoundNow(line: String) = "this line finds the sensor now: {line}", "diese Zeile findet den Sensor jetzt: {line}";
         FoundAfterRestart(line: String) = "this line finds the sensor after its next restart: {line}",
@@ -57,19 +57,19 @@ texts! {
             "Frames, die in keiner Tabelle stehen: {count}. Geben Sie das Produkt mit --product an, oder das Datenblatt (--eds) oder die CAN-Datenbank (--dbc) des Geräts, das sie sendet";
         ProductUnknown(nodes: String) = "the product of {nodes} is not known, so its data are shown as bytes: give it with --product NAME (`plumbline scan` shows it), or its data sheet with --eds FILE",
             "das Produkt von {nodes} ist nicht bekannt, deshalb sind die Daten als Bytes gezeigt: Geben Sie es mit --product NAME an (`plumbline scan` zeigt es), oder das Datenblatt mit --eds FILE";
-        Taken(names: String) = "the sensor has taken {names} from its position, and no other sensor can be given that: after `restore` to another one, bring it into the same position and repeat `plumbline teach` or `plumbline zero` there",
+        Taken(names: String) = "the sensor has set {names} from its position, and this cannot be transferred to another sensor: after `restore` to another one, bring it into the same position and repeat `plumbline teach` or `plumbline zero` there",
             "der Sensor hat {names} aus seiner Lage übernommen, und kein anderer Sensor kann das erhalten: Bringen Sie nach dem Wiederherstellen einen anderen in dieselbe Lage, und wiederholen Sie dort `plumbline teach` oder `plumbline zero`";
-        TakenMissing(names: String) = "the file cannot carry {names}, which the sensor in it had taken from its position: bring this sensor into the same position, and repeat `plumbline teach` or `plumbline zero`",
+        TakenMissing(names: String) = "the file cannot carry {names}, which the sensor in it had set from its position: bring this sensor into the same position, and repeat `plumbline teach` or `plumbline zero`",
             "die Datei kann {names} nicht übertragen, was ihr Sensor aus seiner Lage übernommen hatte: Bringen Sie diesen Sensor in dieselbe Lage, und wiederholen Sie `plumbline teach` oder `plumbline zero`";
         Unread(count: Lines, first: String) = "the adapter has sent {count} not in the format of slcan, the first is {first:?}: frames are missing. Check its firmware and the settings of its port",
             "der Adapter hat {count} nicht im Format von slcan gesendet, die erste ist {first:?}: Frames fehlen. Prüfen Sie seine Firmware und die Einstellungen seines Anschlusses";
         LostFrames(count: Frames) = "the adapter has lost at least {count}: stop other programs, or use an adapter with a larger queue",
             "der Adapter hat mindestens {count} verloren: Beenden Sie andere Programme, oder verwenden Sie einen Adapter mit größerem Puffer";
-        OtherLines(count: Lines) = "left out: {count} of the log without a frame of classical CAN",
+        OtherLines(count: Lines) = "skipped: {count} of the log without a frame of classical CAN",
             "weggelassen: {count} des Protokolls ohne Frame von klassischem CAN";
         NoAdapter = "this computer has no adapter that plumbline can use: plug one in, or try demo:is2",
             "dieser Computer hat keinen Adapter für plumbline: Stecken Sie einen an, oder versuchen Sie demo:is2";
-        EntriesNotShown(count: Entries) = "left out: {count} of the data sheet with a type that plumbline does not show, or without an object",
+        EntriesNotShown(count: Entries) = "skipped: {count} of the data sheet with a type that plumbline does not show, or without an object",
             "weggelassen: {count} des Datenblatts mit einem Typ, den plumbline nicht zeigt, oder ohne Objekt";
         LineIgnored(line: usize) = "line {line} of the data sheet is no section, new entry or comment and is ignored",
             "Zeile {line} des Datenblatts ist weder Abschnitt noch neuer Eintrag noch Kommentar und wird nicht beachtet";
@@ -105,13 +105,13 @@ texts! {
             "die Verbindung zum Sensor konnte nicht freigegeben werden: Der Sensor gibt sie von selbst nach viermal --every frei, aber nicht vor 10 s";
         SentAlready(number: u16, every: Every) = "the sensor sends its angles in TPDO {number} already, {every}: it is only listened to, without --every",
             "der Sensor sendet seine Winkel schon in TPDO {number}, {every}: Er wird nur gehört, ohne --every";
-        OwnedByOther(every: Every, names: String) = "another master owns the sensor: it is only listened to, nothing is sent. Its messages come {every}; they are taken as {names}, with the resolution as delivered",
+        OwnedByOther(every: Every, names: String) = "another master owns the sensor: it is only listened to, nothing is sent. Its messages come {every}; they are taken as {names}, with the factory resolution",
             "ein anderer Master besitzt den Sensor: Er wird nur gehört, nichts wird gesendet. Seine Nachrichten kommen {every}; sie gelten als {names}, mit der Auflösung wie geliefert";
         AdapterTakesPart = "the adapter has no listen-only mode: it acknowledges the messages of other devices while the tool listens",
             "der Adapter hat keine Betriebsart, in der er nur hört: Er bestätigt die Nachrichten anderer Geräte, während das Programm hört";
         InterfaceTakesPart(failure: Error) = "the interface takes part in the bus and acknowledges the messages of other devices while the tool listens: {failure}",
             "die Schnittstelle nimmt am Bus teil und bestätigt die Nachrichten anderer Geräte, während das Programm hört: {failure}";
-        AsksAtOnce = "the adapter has no listen-only mode: asking without listening first",
+        AsksAtOnce = "the adapter has no listen-only mode: sending requests without listening first",
             "der Adapter hat keine Betriebsart, in der er nur hört: Das Programm fragt, ohne vorher zu hören";
         NotAsked(option: &'static str) = "no request was sent: `plumbline scan {option}` sends the requests without this question",
             "keine Anfrage wurde gesendet ({option})", "no request was sent ({option})";
@@ -125,21 +125,21 @@ texts! {
             "{differing} als in {path}: `plumbline restore` schreibt die Datei wieder";
         SendsOnce(frame: String) = "sends {frame} once", "sendet {frame} einmal";
         Replays(count: Frames, path: String, time: f64) = "sends {count} of {path} in {time:.1} s", "sendet {count} von {path} in {time:.1} s";
-        ReplaysAgain(count: Frames, path: String, time: f64) = "sends {count} of {path} again and again, each time in {time:.1} s",
+        ReplaysAgain(count: Frames, path: String, time: f64) = "sends {count} of {path} repeatedly, each time in {time:.1} s",
             "sendet {count} von {path} immer wieder, jedes Mal in {time:.1} s";
         SendsEvery(frame: String, every: u32) = "sends {frame} every {every} ms", "sendet {frame} alle {every} ms";
-        NotSentInTime(count: Frames) = "left out: {count}, because the bus or the computer was too slow",
+        NotSentInTime(count: Frames) = "skipped: {count}, because the bus or the computer was too slow",
             "ausgelassen: {count}, weil der Bus oder der Computer zu langsam war";
         BusErrors(count: Errors) = "the adapter has reported at least {count} of the bus, so frames can be missing: check bit rate, wiring, terminators, and whether another device is on the bus",
             "der Adapter hat mindestens {count} des Busses gemeldet, also können Frames fehlen: Prüfen Sie Bitrate, Verdrahtung und Abschlusswiderstände, und ob ein anderes Gerät am Bus ist";
         BrokerConnected(url: String) = "connected with {url}", "verbunden mit {url}";
-        BrokerAway(url: String, reason: String, seconds: u64) = "no connection with {url} ({reason}): samples are kept, next try in {seconds} s",
+        BrokerAway(url: String, reason: String, seconds: u64) = "no connection with {url} ({reason}): samples are buffered, next try in {seconds} s",
             "keine Verbindung mit {url} ({reason}): Die Messwerte werden aufgehoben, nächster Versuch in {seconds} s";
-        RecordsLost(count: Samples) = "lost: {count}, because the broker was away for too long: give more room with --buffer-size",
+        RecordsLost(count: Samples) = "lost: {count}, because the broker was disconnected for too long: give more room with --buffer-size",
             "verloren: {count}, weil der Broker zu lange fort war: Geben Sie mit --buffer-size mehr Platz";
-        DiskFull(count: Samples, path: String) = "lost: {count}, because the disk of {path} is full: the next ones are kept as soon as it has space",
+        DiskFull(count: Samples, path: String) = "lost: {count}, because the disk of {path} is full: the next ones are buffered as soon as it has space",
             "verloren: {count}, weil die Platte von {path} voll ist: Die nächsten werden behalten, sobald sie Platz hat";
-        BufferDamaged(path: String) = "a file in {path} is damaged or deleted: the samples behind the damage are lost", "eine Datei in {path} ist beschädigt oder gelöscht: Die Messwerte hinter der Beschädigung sind verloren";
+        BufferDamaged(path: String) = "a file in {path} is damaged or deleted: the samples after the damaged part are lost", "eine Datei in {path} ist beschädigt oder gelöscht: Die Messwerte hinter der Beschädigung sind verloren";
         RecordsLeft(count: Samples, path: String) = "the next start delivers {count} from {path}",
             "der nächste Start liefert {count} aus {path}";
         NotSynchronised(path: String, reason: String) = "{path} cannot be written to the disk ({reason}): samples can be lost at a power cut",
@@ -147,11 +147,11 @@ texts! {
         SensorLost(sensor: String) = "{sensor}: does not answer any more", "{sensor}: antwortet nicht mehr";
         SensorBack(sensor: String) = "{sensor}: answers again", "{sensor}: antwortet wieder";
         SensorNew(sensor: String) = "{sensor}: is new on the bus", "{sensor}: ist neu am Bus";
-        NotBridged(sensor: String) = "{sensor}: left out, because its product is not known, or another master owns it",
+        NotBridged(sensor: String) = "{sensor}: skipped, because its product is not known, or another master owns it",
             "{sensor}: weggelassen, weil das Produkt nicht bekannt ist oder ein anderer Master ihn besitzt";
-        OnlyHeard(node: String) = "{node}: left out, because it was heard and does not answer as a sensor",
+        OnlyHeard(node: String) = "{node}: skipped, because it was heard and does not answer as a sensor",
             "{node}: weggelassen, weil er zu hören war und nicht als Sensor antwortet";
-        AllCauses = "all causes are in the chapter \"Nobody answers\" of EXCHANGE.md",
+        AllCauses = "all causes are in the chapter \"No answer\" of EXCHANGE.md",
             "alle Ursachen stehen im Kapitel \"Niemand antwortet\" von AUSTAUSCH.md";
         NothingSent = "nothing was sent", "nichts wurde gesendet";
         OnlyAcknowledged = "nothing was sent, but the messages of other devices were acknowledged",
@@ -171,18 +171,18 @@ impl Note {
 texts! {
     /// A step of a scan.
     Step {
-        Switch = "switch the sensor off and on now: it then tells its address",
-            "schalten Sie den Sensor jetzt aus und ein: Dann nennt er seine Adresse";
+        Switch = "switch the sensor off and on now: it then sends its address",
+            "schalten Sie den Sensor jetzt aus und ein: Dann sendet er seine Adresse";
         Listened(at: At, time: u64, frames: Frames) = "listened at {at} for {time} ms: {frames}",
             "bei {at} {time} ms gehört: {frames}";
         Counted(step: Box<Step>, errors: Errors) = "{step}, {errors}", "{step}, {errors}";
-        Waits(step: Box<Step>) = "{step} - switch the sensor off and on now: it then tells its address",
-            "{step} - schalten Sie den Sensor jetzt aus und ein: Dann nennt er seine Adresse";
+        Waits(step: Box<Step>) = "{step} - switch the sensor off and on now: it then sends its address",
+            "{step} - schalten Sie den Sensor jetzt aus und ein: Dann sendet er seine Adresse";
         Numbered(done: usize, total: usize, step: Box<Step>) = "[{done:2}/{total}] {step}", "[{done:2}/{total}] {step}";
-        Delivered(at: At) = "asking at the addresses as delivered ({at})", "fragt bei {at} auf den Adressen wie geliefert";
-        DeliveredAgain(at: At) = "asking at the addresses as delivered again, with more time ({at})",
+        Delivered(at: At) = "sending requests to the factory addresses ({at})", "fragt bei {at} auf den Adressen wie geliefert";
+        DeliveredAgain(at: At) = "sending requests to the factory addresses again, with more time ({at})",
             "fragt bei {at} noch einmal auf den Adressen wie geliefert, mit mehr Zeit";
-        Everybody(at: At) = "asking at all node-IDs and MAC IDs ({at})", "fragt bei {at} auf allen Node-IDs und MAC IDs";
+        Everybody(at: At) = "sending requests to all node-IDs and MAC IDs ({at})", "fragt bei {at} auf allen Node-IDs und MAC IDs";
         Examines(frames: Frames) = "listening: {frames}", "hört: {frames}";
         Moves(spread: f64) = "the sensor is not at rest: spread {spread:.2} deg in 3 s", "der Sensor ist nicht in Ruhe: Streuung {spread:.2} deg in 3 s";
         NoAngleYet = "the sensor has no valid angle for 3 s without a break", "der Sensor hat nicht 3 s lang einen gültigen Winkel";

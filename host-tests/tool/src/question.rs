@@ -1,4 +1,4 @@
-//! What the tool asks before it goes on. The terminal and the page ask the same questions.
+//! What the tool asks before it continues. The terminal and the page ask the same questions.
 
 use crate::calibrate::host;
 use crate::ops::NewRate;
@@ -13,27 +13,27 @@ texts! {
     #[derive(Serialize, Deserialize)]
     #[serde(tag = "id", rename_all = "kebab-case", deny_unknown_fields)]
     Question {
-        Silent = "There is no traffic. Ask at all addresses and bit rates?",
+        Silent = "There is no traffic. Send requests to all addresses at all bit rates?",
             "Es gibt keinen Verkehr. Auf allen Adressen und Bitraten fragen?";
-        AllRates = "There is no traffic at any bit rate. Ask at all bit rates? At a wrong rate the questions destroy the messages of other devices.",
+        AllRates = "There is no traffic at any bit rate. Send requests at all bit rates? At a wrong rate the requests destroy the messages of other devices.",
             "Auf keiner Bitrate gibt es Verkehr. Auf allen Bitraten fragen? Auf einer falschen Bitrate zerstören die Anfragen die Nachrichten anderer Geräte.";
-        AllAddresses = "There is traffic, but no sensor was recognised. Ask at all addresses? Other devices can interpret a request as a command.",
+        AllAddresses = "There is traffic, but no sensor was recognised. Send requests to all addresses? Other devices can interpret a request as a command.",
             "Es gibt Verkehr, aber kein Sensor wurde erkannt. Auf allen Adressen fragen? Andere Geräte können eine Anfrage als Befehl verstehen.";
-        Delivered = "There is traffic, but no sensor was recognised. Ask at the addresses as delivered? Other devices can interpret a request as a command.",
+        Delivered = "There is traffic, but no sensor was recognised. Send requests to the factory addresses? Other devices can interpret a request as a command.",
             "Es gibt Verkehr, aber kein Sensor wurde erkannt. Auf den Adressen wie geliefert fragen? Andere Geräte können eine Anfrage als Befehl verstehen.";
-        More = "Search for more sensors? The tool asks at all other addresses. Other devices can interpret a request as a command.",
+        More = "Search for more sensors? The tool sends requests to all other addresses. Other devices can interpret a request as a command.",
             "Nach weiteren Sensoren suchen? Das Programm fragt auf allen anderen Adressen. Andere Geräte können eine Anfrage als Befehl verstehen.";
-        Likely {protocol: String, address: String} = "Frames look like those of a sensor ({protocol}, {address}). Ask it? Another device can interpret the request as a command.",
+        Likely {protocol: String, address: String} = "Frames look like those of a sensor ({protocol}, {address}). Send requests to it? Another device can interpret the request as a command.",
             "Frames sehen aus wie die eines Sensors ({protocol}, {address}). Ihn fragen? Ein anderes Gerät kann die Anfrage als Befehl verstehen.";
         TakePart {rate: Rate} = "The adapter has no listen-only mode. Allow it to take part in the bus at {rate} while the tool listens? It acknowledges the messages of other devices, and at a wrong bit rate it destroys them.",
             "Der Adapter hat keine Betriebsart, in der er nur hört. Darf er am Bus teilnehmen ({rate}), während das Programm hört? Er bestätigt die Nachrichten anderer Geräte, und auf einer falschen Bitrate zerstört er sie.";
-        OtherProduct {told: String, article: String, version: Version, product: String} = "The sensor says that it is {told} (article {article}{version}). Use the tables of {product} anyway?",
+        OtherProduct {told: String, article: String, version: Version, product: String} = "The sensor identifies itself as {told} (article {article}{version}). Use the tables of {product} anyway?",
             "Der Sensor nennt sich {told} (Artikel {article}{version}). Trotzdem die Tabellen von {product} verwenden?";
         WhichProduct {article: String, products: String, product: String} = "The sensor has the article {article}, which fits several products ({products}), and does not report its software version. Is it {product}?",
             "Der Sensor hat den Artikel {article}, der zu mehreren Produkten passt ({products}), und nennt seine Softwareversion nicht. Ist es {product}?";
         DataSheet {doubts: Doubts} = "The data sheet {doubts}. Use it anyway?",
             "Das Datenblatt passt nicht zum Gerät: {doubts}. Trotzdem verwenden?";
-        Downgrade {file: String, own: String} = "The program of the sensor has version {own}, the file has the older version {file}. Load the file all the same?",
+        Downgrade {file: String, own: String} = "The firmware of the sensor has version {own}, the file has the older version {file}. Install the older one?",
             "Das Programm des Sensors hat Version {own}, die Datei die ältere Version {file}. Die Datei trotzdem laden?";
         #[serde(skip)]
         Change {change: Change, sensor: String, angles: String} = "{change}? {sensor}; {angles}", "{change}? {sensor}; {angles}";
@@ -48,7 +48,7 @@ texts! {
             "Der neue Sensor nimmt {names} nicht. Die übrigen Einstellungen schreiben?";
         Turn {angles: AtRest} = "{angles}. Turn the sensor by 180 deg about the vertical axis, on the same place. Is it turned and at rest?",
             "{angles}. Drehen Sie den Sensor um 180 Grad um die senkrechte Achse, auf derselben Stelle. Ist er gedreht und in Ruhe?";
-        Align {sensor: String, angles: AtRest} = "Make the offset of the mounting zero? {sensor}; {angles}",
+        Align {sensor: String, angles: AtRest} = "Compensate the mounting offset? {sensor}; {angles}",
             "Den Versatz der Montage zu Null machen? {sensor}; {angles}";
         #[serde(skip)]
         Overwrite(path: String) = "{path} exists. Replace it?", "{path} gibt es schon. Ersetzen?";
@@ -133,7 +133,7 @@ pub enum Name {
     Ask,
     /// An adapter without listen-only mode takes part in the bus
     Listen,
-    /// The tables of another product than the sensor says
+    /// The tables of another product than the sensor reports
     Product,
     /// The data sheet of another device
     DataSheet,
@@ -252,7 +252,7 @@ impl Display for Doubt {
         let Self { what, wanted, own } = self;
         write!(f, "is for {what} {wanted}, but the device ")?;
         match own {
-            Some(own) => write!(f, "says {own}"),
+            Some(own) => write!(f, "reports {own}"),
             None => f.write_str("does not let it be read"),
         }
     }

@@ -65,7 +65,7 @@ const APPLICATION: [Object; 26] = [
     parameter(0x2046, id::ZERO),
     Object::own(0x207F, 0, "Factory reset", DataType::U8, Access::Rw).starting(Command {
         starts: Starts::Restore,
-        numbers: "1; 0 = failed, 1 = make, or made",
+        numbers: "1 = restore; reads 1 = done, 0 = failed",
         limits: (0, 1),
     }),
     Object::own(0x3000, 0, "Programming key", DataType::Text, Access::Rw),

@@ -56,7 +56,7 @@ pub(super) fn left_out(sheet: &Sheet) -> String {
     match names[..] {
         [] => String::new(),
         _ => format!(
-            "\n# Left out, because a write is a command or changes process data: {}\n",
+            "\n# Skipped, because a write is a command or changes process data: {}\n",
             names.join(", ")
         ),
     }
@@ -117,7 +117,7 @@ mod tests {
         let mut backup = Backup::of(&sheet);
         backup.set("ramp", "7").unwrap();
         let text = backup.text();
-        assert!(text.ends_with("ramp = \"7\"\n\n# Left out, because a write is a command or changes process data: controlword\n"), "{text}");
+        assert!(text.ends_with("ramp = \"7\"\n\n# Skipped, because a write is a command or changes process data: controlword\n"), "{text}");
         let read = Backup::parse_with(&text, Some(&sheet)).unwrap();
         assert_eq!(read.text(), text);
         // It is no setting, so a file with it is refused.

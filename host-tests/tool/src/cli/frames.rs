@@ -40,7 +40,7 @@ pub struct Replay {
     /// Only the frames of this interface of the log
     #[arg(long, value_name = "NAME")]
     pub interface: Option<String>,
-    /// Send this number of times as fast as the log was recorded, 0.01 to 100
+    /// Speed factor of the replay, 0.01 to 100
     #[arg(long, value_name = "FACTOR", default_value_t = 1.0, allow_negative_numbers = true, value_parser = speed)]
     pub speed: f64,
     /// Begin again after the last frame, until Ctrl-C or --seconds
@@ -67,7 +67,7 @@ pub struct Sending {
     /// Frames as in a log (181#0102, 18EAFFFE#00EE00, 60A#R4), or a TOML file with a list: `[[send]]`, `frame = "181#0102"` and, for a periodic frame, `every = 100` (ms)
     #[arg(required = true, value_name = "FRAME or LIST")]
     pub what: Vec<Sent>,
-    /// Send the frames of the command line again and again, with this period in ms
+    /// Send the frames of the command line repeatedly, with this period in ms
     #[arg(long, value_name = "MS", allow_negative_numbers = true, value_parser = clap::value_parser!(u32).range(1..=3_600_000))]
     pub every: Option<u32>,
     /// End after this time

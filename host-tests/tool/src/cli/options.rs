@@ -22,7 +22,7 @@ pub struct Options {
     /// The address of the sensor
     #[command(flatten)]
     pub sensor: Addresses,
-    /// The product, if the sensor does not say it
+    /// The product, if the sensor does not report it
     #[arg(long, global = true, value_name = "NAME", value_parser = known(text, products))]
     pub product: Option<String>,
     /// The data sheet (EDS) of a CANopen or DeviceNet device that is not in the catalogue

@@ -116,16 +116,16 @@ texts! {
         SerialTwice(serial: u32) = "the serial number {serial} is in the plan twice", "die Seriennummer {serial} kommt im Plan zweimal vor";
         AddressTwice(other: String) = "this sensor gets the same address as {other}: give it another one, or write alone = true at the top if each sensor is switched off before the next one is switched on",
             "dieser Sensor bekommt dieselbe Adresse wie {other}: Geben Sie ihm eine andere, oder schreiben Sie oben alone = true, wenn jeder Sensor ausgeschaltet wird, bevor der nächste eingeschaltet wird";
-        AddressDelivered(other: String) = "{other}, which is before this sensor, has the address that this sensor has as delivered: give {other} another address or put it last, or write alone = true at the top",
+        AddressDelivered(other: String) = "{other}, which is before this sensor, has the factory address of this sensor: give {other} another address or put it last, or write alone = true at the top",
             "{other} steht davor und hat die Adresse, die dieser Sensor bei der Lieferung hat: Geben Sie {other} eine andere, oder stellen Sie ihn ans Ende, oder schreiben Sie oben alone = true";
-        IdentifierTwice(other: String, name: String, id: String) = "{id} is the {name} of {other}, which is before this sensor: this sensor needs other identifiers, also as delivered; or write alone = true at the top if each sensor is switched off before the next one is switched on",
+        IdentifierTwice(other: String, name: String, id: String) = "{id} is the {name} of {other}, which is before this sensor: this sensor needs other identifiers, also as factory default; or write alone = true at the top if each sensor is switched off before the next one is switched on",
             "{id} ist {name} von {other}, der davor steht: Dieser Sensor braucht andere Identifier, auch bei der Lieferung; oder schreiben Sie oben alone = true, wenn jeder Sensor ausgeschaltet wird, bevor der nächste eingeschaltet wird";
         RateOnBus(name: String) = "{name} gets another bit rate than the bus, which it shares with other sensors: write alone = true at the top and switch each sensor off before the next one is switched on",
             "{name} bekommt eine andere Bitrate als der Bus, an dem auch andere Sensoren sind: Schreiben Sie oben alone = true, und schalten Sie jeden Sensor aus, bevor der nächste eingeschaltet wird";
         ZeroTwice(name: String) = "zero = true sets {name} too: leave out one of both", "zero = true setzt {name} auch: Lassen Sie eines von beiden weg";
         NoFastscan(product: &'static str) = "{product} has no fastscan by LSS: leave out find, and switch the sensors on one after the other",
             "{product} hat keinen Fastscan durch LSS: Lassen Sie find weg, und schalten Sie die Sensoren nacheinander ein";
-        FastscanAddress(name: String) = "{name}, which is found by fastscan, keeps the node-ID as delivered: give it another node-id",
+        FastscanAddress(name: String) = "{name}, which is found by fastscan, keeps the factory node-ID: give it another node-id",
             "{name} wird durch Fastscan gefunden und behält die Node-ID der Lieferung: Geben Sie ihm eine andere node-id";
         FastscanJ1939(name: String) = "{name}, which is found by fastscan, needs a node-ID, and has none in J1939: leave out find, or can-protocol",
             "{name} wird durch Fastscan gefunden und braucht eine Node-ID, die es in J1939 nicht gibt: Lassen Sie find oder can-protocol weg";
@@ -152,7 +152,7 @@ texts! {
             "dieses Programm hat {most} verschiedene Datenblätter gelesen, mehr geht nicht: Starten Sie es neu";
         NoDataSheet(product: &'static str) = "{product} has no data sheet: give a sheet of values with article, revision or serial",
             "{product} hat kein Datenblatt: Geben Sie ein Blatt mit Werten an, mit article, revision oder serial";
-        OfProtocol(protocol: &'static str, product: &'static str, own: &'static str) = "it is of a {protocol} device, but {product} speaks {own}",
+        OfProtocol(protocol: &'static str, product: &'static str, own: &'static str) = "it describes a {protocol} device, but {product} uses {own}",
             "es gehört zu einem {protocol}-Gerät, {product} spricht aber {own}";
         NoIdentity = "it has no identity", "es hat keine Identität";
         NoNumberIn(key: &'static str, text: String, section: &'static str) = "{key} = {text} in [{section}] is no number", "{key} = {text} in [{section}] ist keine Zahl";

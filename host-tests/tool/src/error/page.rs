@@ -9,7 +9,7 @@ errors! {
     PageError {
         Stopped: Stopped "stopped" = "stopped by the user: start the command again to finish it",
             "angehalten: Beginnen Sie die Aktion noch einmal, um sie zu beenden";
-        OtherTab: Refused "other-tab" = "another tab is in charge: nothing was done. Press Take over, then repeat the action",
+        OtherTab: Refused "other-tab" = "another tab controls the sensor: nothing was done. Press Take over, then repeat the action",
             "ein anderer Tab steuert den Sensor: Nichts ist geschehen. Drücken Sie Übernehmen, und wiederholen Sie die Aktion";
         NoTab: Usage "bad-request" = "the request has no name of a tab", "die Anfrage hat keinen Namen eines Tabs";
         Stopping: Bus "stopped" = "the server is stopping: start `plumbline serve` again", "der Server hält an: Starten Sie `plumbline serve` neu";

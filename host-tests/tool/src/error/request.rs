@@ -24,7 +24,7 @@ errors! {
             "der Adapter kann nicht nur hören: Wählen Sie die Bitrate";
         LogListens: Bus "no-listen-only" = "the adapter has no listen-only mode, but `log` only listens: use another adapter",
             "der Adapter kann nicht nur hören, `log` hört aber nur: Verwenden Sie einen anderen Adapter";
-        MayNotTakePart: Usage "no-listen-only" = "the adapter has no listen-only mode, so it was not opened: --yes lets it take part in the bus; with --id, --node, --mac or --address the tool asks the sensor without listening first",
+        MayNotTakePart: Usage "no-listen-only" = "the adapter has no listen-only mode, so it was not opened: --yes lets it take part in the bus; with --id, --node, --mac or --address the tool sends requests to the sensor without listening first",
             "der Adapter kann nicht nur hören und wurde nicht geöffnet: Erlauben Sie ihm, am Bus teilzunehmen, oder geben Sie die Adresse des Sensors an";
         AllRefused: Bus "adapter-refused" = "the adapter refuses all bit rates: another program may have it open, or it is not an slcan adapter. Close the other program, or check --port",
             "der Adapter lehnt alle Bitraten ab: Vielleicht verwendet ihn ein anderes Programm, oder er ist kein slcan-Adapter. Schließen Sie das andere Programm, oder prüfen Sie den Anschluss";
@@ -32,7 +32,7 @@ errors! {
             "es gibt kein Produkt {name:?}; die Produkte sind {products}{meant}";
         NoJ1939(name: String): Usage "unknown-product" = "{name} does not have J1939: ims360/j1939 has it",
             "{name} hat kein J1939: ims360/j1939 hat es";
-        UnknownArticle(article: String): Usage "unknown-product" = "the article {article} is not in the catalogue: say what it is like with --product NAME, or give its data sheet with --eds FILE",
+        UnknownArticle(article: String): Usage "unknown-product" = "the article {article} is not in the catalogue: select a compatible product with --product NAME, or give its data sheet with --eds FILE",
             "der Artikel {article} ist nicht im Katalog: Wählen Sie ein Produkt, dem er gleicht, oder sein Datenblatt (EDS)";
         NotInCatalogue: Usage "unknown-product" = "an identity belongs to a product of the catalogue: give it with --product NAME, without --eds",
             "eine Identität gehört zu einem Produkt des Katalogs: Wählen Sie es ohne Datenblatt (EDS)";
@@ -42,9 +42,9 @@ errors! {
             "eine Speicherdatei gehört zu einem Produkt: Geben Sie das Produkt mit --product NAME an";
         Several(article: String, names: String): Usage "ambiguous-product" = "the article {article} fits several products ({names}): choose one with --product NAME",
             "der Artikel {article} passt zu mehreren Produkten ({names}): Wählen Sie eines";
-        ProductProtocol(product: &'static str, protocol: &'static str, own: &'static str): Usage "wrong-product" = "{product} speaks {protocol}, but the sensor speaks {own}: give another --product",
+        ProductProtocol(product: &'static str, protocol: &'static str, own: &'static str): Usage "wrong-product" = "{product} uses {protocol}, but the sensor uses {own}: give another --product",
             "{product} spricht {protocol}, der Sensor aber {own}: Wählen Sie ein anderes Produkt";
-        OtherProduct(own: String, product: &'static str): Usage "wrong-product" = "the sensor says that it is {own}, not {product}: leave out --product, or use --yes for the tables of {product}",
+        OtherProduct(own: String, product: &'static str): Usage "wrong-product" = "the sensor identifies itself as {own}, not {product}: leave out --product, or use --yes for the tables of {product}",
             "der Sensor nennt sich {own}, nicht {product}: Wählen Sie kein Produkt, oder bestätigen Sie die Tabellen von {product}";
         ImageProduct(file: String, product: &'static str): Usage "wrong-image" = "the file is for {file}, but the sensor is {product}: nothing has changed",
             "die Datei ist für {file}, aber der Sensor ist {product}: Nichts hat sich geändert";
@@ -61,7 +61,7 @@ errors! {
             "geben Sie nur eines an: Identifier (GEMAC), Node-ID (CANopen), MAC ID (DeviceNet) oder J1939-Adresse";
         AddressRange(option: &'static str, number: String, kind: &'static str, low: u8, high: u8): Usage "out-of-range" = "{option} {number}: a {kind} is {low} to {high}; `plumbline scan` shows the addresses of the sensors on the bus",
             "{option} {number}: {kind} ist {low} bis {high}; Sensoren suchen zeigt die Adressen der Sensoren am Bus";
-        NotAsked: Usage "no-address" = "no request was sent, because other devices use the identifiers of the sensor as delivered: give its address with --id, --node, --mac or --address",
+        NotAsked: Usage "no-address" = "no request was sent, because other devices use the factory identifiers of the sensor: give its address with --id, --node, --mac or --address",
             "keine Anfrage wurde gesendet, weil andere Geräte die Identifier des Sensors wie geliefert verwenden: Geben Sie seine Adresse an";
         NotRecognised: Usage "no-address" = "there is traffic, but no sensor was recognised: give its address with --id, --node, --mac or --address, or try `plumbline scan`",
             "es gibt Verkehr, aber kein Sensor wurde erkannt: Geben Sie seine Adresse an, oder drücken Sie Sensoren suchen",
@@ -76,7 +76,7 @@ errors! {
             "{count} Sensoren antworten auf {address}, mit den Seriennummern {serials}: Schließen Sie einen davon allein an, und geben Sie ihm andere Identifier (set-id, reply-id)";
         TwinMacs(count: usize, mac: String, serials: String): Usage "several-sensors" = "{count} sensors have MAC ID {mac}, with the serial numbers {serials}: at most one of them answers, the others are silent with a red network LED. Switch a silent one on alone, and give it another MAC ID (plumbline mac)",
             "{count} Sensoren haben MAC ID {mac}, mit den Seriennummern {serials}: Höchstens einer antwortet, die anderen schweigen mit roter Netzwerk-LED. Schalten Sie einen, der schweigt, allein ein, und geben Sie ihm eine andere MAC ID (plumbline mac)";
-        NoRate: Usage "no-rate" = "there is no traffic, so the bit rate is unknown: give it with --rate, or --yes asks at all bit rates",
+        NoRate: Usage "no-rate" = "there is no traffic, so the bit rate is unknown: give it with --rate, or --yes sends requests at all bit rates",
             "es gibt keinen Verkehr, deshalb ist die Bitrate unbekannt: Wählen Sie die Bitrate, oder erlauben Sie Anfragen auf allen Bitraten";
         NoPort: Usage "no-port" = "no port: give --port slcan:/dev/ttyACM0, slcan://HOST:PORT, can0, pcan or demo:is2, or set PLUMBLINE_PORT; `plumbline ports` lists the ports of this computer",
             "kein Anschluss: Wählen Sie slcan:/dev/ttyACM0, slcan://HOST:PORT, can0, pcan oder demo:is2";
@@ -108,7 +108,7 @@ errors! {
             "{product} hat hier keine Node-ID: Setzen Sie die Adresse bei den Parametern ({commands})";
         NoMacId(product: &'static str, commands: String): Usage "not-offered" = "{product} has no MAC ID: use `plumbline set`, {commands}",
             "{product} hat keine MAC ID: Setzen Sie die Adresse bei den Parametern ({commands})";
-        NoJ1939Address(product: &'static str, commands: String): Usage "not-offered" = "{product} does not speak J1939 here: use `plumbline set`, {commands}",
+        NoJ1939Address(product: &'static str, commands: String): Usage "not-offered" = "{product} has no J1939 address here: use `plumbline set`, {commands}",
             "{product} spricht hier kein J1939: Setzen Sie die Adresse bei den Parametern ({commands})";
         NoCommand(product: &'static str, what: &'static str): Usage "not-offered" = "{product} has no {what}: `plumbline parameters` lists what it has",
             "{product} hat kein {what}: Die Parameter zeigen, was es hat";

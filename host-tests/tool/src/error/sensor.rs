@@ -28,12 +28,12 @@ errors! {
 errors! {
     /// No answer in time.
     Silence {
-        Nobody(at: Place, rate: Rates): Silent "no-answer" = "nobody answers{at}{rate}: check power and wiring, or find the sensor with `plumbline scan`",
+        Nobody(at: Place, rate: Rates): Silent "no-answer" = "no answer{at}{rate}: check power and wiring, or find the sensor with `plumbline scan`",
             "niemand antwortet{at}{rate}: {NO_ANSWER_DE}",
-            "nobody answers{at}{rate}: {NO_ANSWER}";
-        Code(code: u8, id: String): Silent "no-answer" = "nobody answers code {code:02X}h at the identifier {id}: `plumbline scan` finds the sensor",
+            "no answer{at}{rate}: {NO_ANSWER}";
+        Code(code: u8, id: String): Silent "no-answer" = "no answer to code {code:02X}h at the identifier {id}: `plumbline scan` finds the sensor",
             "niemand antwortet auf Code {code:02X}h auf dem Identifier {id}: {NO_ANSWER_DE}",
-            "nobody answers code {code:02X}h at the identifier {id}: {NO_ANSWER}";
+            "no answer to code {code:02X}h at the identifier {id}: {NO_ANSWER}";
         Node(node: u8): Silent "no-answer" = "node {node} does not answer: `plumbline scan` finds the sensor",
             "Node {node} antwortet nicht: {NOT_FOUND_DE}", "node {node} does not answer: {NOT_FOUND}";
         J1939Node(address: u8): Silent "no-answer" = "the J1939 node with the address {address} does not answer: `plumbline scan` finds the sensor",
@@ -44,15 +44,15 @@ errors! {
             "the J1939 address {address} does not answer: {NOT_FOUND}";
         MacId(mac: u8): Silent "no-answer" = "MAC ID {mac} does not answer: `plumbline scan` finds the sensor",
             "MAC ID {mac} antwortet nicht: {NOT_FOUND_DE}", "MAC ID {mac} does not answer: {NOT_FOUND}";
-        Bootloader: Silent "no-answer" = "the bootloader does not answer: `plumbline update` with the address of the sensor goes on",
+        Bootloader: Silent "no-answer" = "the bootloader does not answer: `plumbline update` with the address of the sensor continues",
             "der Bootloader antwortet nicht: Wählen Sie oben Bitrate und Adresse des Sensors, der wartet, und drücken Sie Programm laden",
-            "the bootloader does not answer: choose bit rate and address of the waiting sensor above, and press Load program";
+            "the bootloader does not answer: choose bit rate and address of the waiting sensor above, and press Update firmware";
         Selection: Silent "no-answer" = "no node has answered to the selection by LSS: does another node have the same identity (1018h)?",
             "kein Knoten hat auf die Auswahl durch LSS geantwortet: Hat ein anderer Knoten dieselbe Identität (1018h)?";
         Lss: Silent "no-answer" = "the sensor does not answer LSS requests: `plumbline scan` finds it",
             "der Sensor antwortet nicht auf LSS-Anfragen: {NOT_FOUND_DE}",
             "the sensor does not answer LSS requests: {NOT_FOUND}";
-        Next(name: String, seconds: u64): Silent "no-answer" = "no sensor has answered at the address as delivered for {seconds} s ({name} is next): check power, wiring and the bit rate (--rate), or wait longer with --wait. The same command goes on",
+        Next(name: String, seconds: u64): Silent "no-answer" = "no sensor has answered at the factory address for {seconds} s ({name} is next): check power, wiring and the bit rate (--rate), or wait longer with --wait. The same command continues",
             "auf der Adresse wie geliefert hat {seconds} s lang kein Sensor geantwortet ({name} ist der nächste): Prüfen Sie Versorgung, Verdrahtung und Bitrate (--rate), oder warten Sie länger mit --wait. Derselbe Befehl setzt fort";
         Moved(address: String): Silent "no-answer" = "the sensor does not answer at the {address}: switch it off and on, then `plumbline scan`",
             "der Sensor antwortet nicht auf {address}: Schalten Sie ihn aus und ein. {NOT_FOUND_DE}",
@@ -82,11 +82,11 @@ errors! {
             "der Sensor hat {what} abgelehnt: {reason} ({code:08X}h). {next}";
         Unexpected(what: What): Refused "unexpected-answer" = "the answer to {what} does not fit the product: is --product right?",
             "die Antwort auf {what} passt nicht zum Produkt: Ist das richtige Produkt gewählt?";
-        NotInPlan(sensor: String): Refused "not-in-plan" = "no sensor of the plan that is next is this one ({sensor}): nothing has changed. Switch it off, or change the plan",
+        NotInPlan(sensor: String): Refused "not-in-plan" = "this sensor ({sensor}) is not the next one in the plan: nothing has changed. Switch it off, or change the plan",
             "dieser Sensor ({sensor}) ist keiner, der im Plan an der Reihe ist: Nichts hat sich geändert. Schalten Sie ihn aus, oder ändern Sie den Plan";
-        Together(address: String, serials: String): Usage "several-sensors" = "several sensors answer at {address}, with the serial numbers {serials}: leave only one of them on. The same command goes on",
+        Together(address: String, serials: String): Usage "several-sensors" = "several sensors answer at {address}, with the serial numbers {serials}: leave only one of them on. The same command continues",
             "mehrere Sensoren antworten auf {address}, mit den Seriennummern {serials}: Lassen Sie nur einen eingeschaltet. Derselbe Befehl setzt fort";
-        StillOn(name: String, seconds: u64): Usage "still-on" = "{name} still answers after {seconds} s: switch it off. The same command goes on",
+        StillOn(name: String, seconds: u64): Usage "still-on" = "{name} still answers after {seconds} s: switch it off. The same command continues",
             "{name} antwortet nach {seconds} s noch immer: Schalten Sie ihn aus. Derselbe Befehl setzt fort";
         NotKept(name: String, differing: Differing): Refused "not-kept" = "{name} after its restart: {differing} from the plan. The same command writes the plan again",
             "{name} nach dem Neustart: {differing} als im Plan. Derselbe Befehl schreibt den Plan noch einmal";
@@ -122,11 +122,11 @@ errors! {
             "{name} ist {text}, deshalb hat die Antwort auf einen Poll keinen Winkel: Setzen Sie {name}, oder lassen Sie --cyclic weg";
         IoSize(size: Bytes): Usage "wrong-product" = "the I/O messages of the sensor have {size}, not those of the angles of this product: is --product right?",
             "die I/O-Nachrichten des Sensors haben {size}, nicht die der Winkel dieses Produkts: Ist das richtige Produkt gewählt?";
-        NoBootloader: Refused "no-bootloader" = "the sensor has no bootloader: it is an original, or its program was flashed without one; nothing has changed",
+        NoBootloader: Refused "no-bootloader" = "the sensor has no bootloader: it is an original, or its firmware was flashed without one; nothing has changed",
             "der Sensor hat keinen Bootloader: Er ist ein Original, oder sein Programm wurde ohne Bootloader geladen; nichts hat sich geändert";
         ImageUnfit: Refused "wrong-image" = "the bootloader refuses the file: it is for another product, measuring element or board; nothing has changed",
             "der Bootloader lehnt die Datei ab: Sie ist für ein anderes Produkt, Messelement oder eine andere Platine; nichts hat sich geändert";
-        ImageOlder(version: String): Refused "older-image" = "the program of the sensor is newer than {version}: --downgrade loads the file all the same; nothing has changed",
+        ImageOlder(version: String): Refused "older-image" = "the sensor has newer firmware than {version}: --downgrade installs the older one; nothing has changed",
             "das Programm des Sensors ist neuer als {version}: --downgrade lädt die Datei trotzdem; nichts hat sich geändert";
         ImageUnsigned: Refused "unsigned-image" = "the sensor takes only files with a signature of its key: `plumbline key sign` writes it; nothing has changed",
             "der Sensor nimmt nur Dateien mit einer Unterschrift seines Schlüssels: `plumbline key sign` schreibt sie; nichts hat sich geändert";
@@ -136,7 +136,7 @@ errors! {
             "die Datei ist beschädigt angekommen: Beginnen Sie den Befehl noch einmal";
         OtherBootloader: Refused "other-bootloader" = "the bootloader at this address is not that of Plumbline: nothing has changed",
             "der Bootloader an dieser Adresse ist nicht der von Plumbline: Nichts hat sich geändert";
-        OtherProgram(crc: String): Refused "other-program" = "after the restart the sensor runs another program than that of the file (CRC {crc}): start the command again",
+        OtherProgram(crc: String): Refused "other-program" = "after the restart the sensor runs other firmware than that of the file (CRC {crc}): start the command again",
             "nach dem Neustart läuft im Sensor ein anderes Programm als das der Datei (CRC {crc}): Beginnen Sie den Befehl noch einmal";
         Restarted: Silent "restarted" = "the sensor was switched off and on, and sends with its stored period now: start the command again",
             "der Sensor war aus und sendet jetzt mit seiner gespeicherten Periode: Beginnen Sie noch einmal";

@@ -99,7 +99,9 @@ impl Report {
             .map_or("unknown".to_owned(), |load| format!("{load} %"));
         let errors = self
             .errors
-            .map_or("not told by the adapter".to_owned(), |own| own.to_string());
+            .map_or("not reported by the adapter".to_owned(), |own| {
+                own.to_string()
+            });
         let mut lines = vec![format!(
             "{rate}, {} s: {}, bus load {load}, errors {errors}",
             self.seconds,

@@ -203,11 +203,11 @@ impl Row {
                 request: Some(request),
                 ..
             } => Some(format!(
-                "plumbline {rate}{option} {} get    if the sensor still has the identifiers as delivered",
+                "plumbline {rate}{option} {} get    if the sensor still has its factory identifiers",
                 shown(request).trim_end_matches('h')
             )),
             By::Cyclic { request: None, .. } => Some(format!(
-                "its frames do not tell its Set-Parameter-ID: switch it off and on during `plumbline {rate}scan`, or search with `plumbline {rate}scan --search` if no other device is on the bus"
+                "its frames do not contain its Set-Parameter-ID: switch it off and on during `plumbline {rate}scan`, or search with `plumbline {rate}scan --search` if no other device is on the bus"
             )),
             By::Owned => Some(format!(
                 "plumbline {rate}{option} {address} --product NAME watch --cyclic    listens only: another master owns the sensor"

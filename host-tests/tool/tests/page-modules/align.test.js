@@ -5,7 +5,7 @@ import test from "node:test";
 import { answers, open, Refusal, texts } from "./page.js";
 
 const TURN = [{ id: "turn", angles: [] }, "angle-x 3.00 deg. Turn the sensor", "angle-x 3.00 deg. Drehen Sie den Sensor"];
-const ZERO = [{ id: "align", angles: [] }, "Make the offset of the mounting zero?", "Den Versatz zu Null machen?"];
+const ZERO = [{ id: "align", angles: [] }, "Compensate the mounting offset?", "Den Versatz zu Null machen?"];
 const REPORT = { angles: [{ name: "angle-x", spread: 0.01, mounting: 1.234, surface: -2 }] };
 
 /** A page with a sensor; the server asks both questions. */
@@ -25,12 +25,12 @@ test("align_asks_for_the_turn_and_for_zero_and_shows_the_offset", async () => {
   await page.yes({ checks: { 0: true } });
   assert.match(page.asked().text, /Turn the sensor/);
   await page.yes();
-  assert.match(page.asked().text, /zero\?/);
+  assert.match(page.asked().text, /offset\?/);
   await page.yes();
   const sensor = String(answers.devices.is2.device.connection);
   const sent = [[], [TURN[0]], [TURN[0], ZERO[0]]].map((yes) => ({ path: "api/align", body: { save: true, yes }, sensor }));
   assert.deepEqual(page.requests, sent);
-  assert.equal(page.text("align-state"), "angle-x: the offset of the mounting was 1.23° and is zero now; the surface is inclined by -2.00°, spread 0.01°.");
+  assert.equal(page.text("align-state"), "angle-x: the mounting offset was 1.23° and is compensated now; the surface is inclined by -2.00°, spread 0.01°.");
   // The result of another sensor is not shown.
   await page.connected("jn2101", { connection: 9 });
   assert.equal(page.text("align-state"), "");

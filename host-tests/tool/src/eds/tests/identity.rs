@@ -72,7 +72,7 @@ fn other_product_code_is_asked_about_once() {
     let (result, questions, _) = checked(foreign(), [says(1, 0x12345), says(2, 4712)], false);
     assert_eq!(result.unwrap_err().code(), "wrong-product");
     let expected =
-        "The data sheet is for product code 1267h, but the device says 1268h. Use it anyway?";
+        "The data sheet is for product code 1267h, but the device reports 1268h. Use it anyway?";
     assert_eq!(questions, [expected]);
 }
 

@@ -13,18 +13,18 @@ texts! {
     /// The cause of a reset.
     Cause {
         PowerOn = "power-on", "Einschalten";
-        Pin = "the reset pin", "Reset-Pin";
-        Software = "the program", "Programm";
-        Watchdog = "the watchdog", "Watchdog";
-        LowSupply = "a low supply", "zu niedrige Versorgung";
-        Other = "another cause", "andere Ursache";
+        Pin = "reset pin", "Reset-Pin";
+        Software = "software", "Software";
+        Watchdog = "watchdog", "Watchdog";
+        LowSupply = "brown-out", "zu niedrige Versorgung";
+        Other = "other cause", "andere Ursache";
     }
 }
 
 texts! {
     /// A line for people.
     Line {
-        Reset(cause: Cause) = "last start by {cause}", "letzter Start durch {cause}";
+        Reset(cause: Cause) = "last reset: {cause}", "letzter Reset: {cause}";
         Operation(starts: Starts, hours: f64) = "{starts}, {hours:.1} h in operation", "{starts}, {hours:.1} h in Betrieb";
         Temperature(coldest: f64, warmest: f64) = "measuring element {coldest:.2} to {warmest:.2} degC", "Messelement {coldest:.2} bis {warmest:.2} °C";
         Shock(shock: f64) = "highest acceleration {shock:.3} g", "größte Beschleunigung {shock:.3} g";

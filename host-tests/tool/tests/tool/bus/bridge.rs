@@ -142,7 +142,7 @@ fn node_that_is_no_sensor_is_told_and_asked_with_growing_pauses() {
     rig.run(2500);
     rig.witnessed();
     let (_, notes) = bridge(&mut rig, "--rate 125 bridge --active --seconds 210");
-    let told = "canopen  -  address 51  serial -  -  firmware -: left out";
+    let told = "canopen  -  address 51  serial -  -  firmware -: skipped";
     assert!(notes.contains(told), "{notes}");
     let frames = rig.witnessed_at().into_iter();
     let questions = frames.filter(|(_, frame)| frame.can_id() == standard(0x633).into());

@@ -168,7 +168,7 @@ fn interrupted_commissioning_continues() {
         let ended = rig.tool(&format!("commission {} --wait 5", plan.display()));
         codes.push(ended.code);
         let has_state = plan.with_extension("state.toml").exists();
-        let tells = ended.notes.contains("goes on where it stopped");
+        let tells = ended.notes.contains("continues where it stopped");
         assert_eq!(tells, has_state, "{ended:?}");
         rig.cut = rig.cut.map(|cut| cut + 5);
         if ended.code == 3 {

@@ -129,8 +129,8 @@ fn entries_that_the_device_refuses_to_read_are_left_out_of_a_backup() {
     rig.done(&format!("{options} set resolution=100"));
     let ended = rig.tool(&format!("{options} backup {}", one.display()));
     assert_eq!(ended.code, 0, "{ended:?}");
-    assert!(ended.notes.contains("ramp is left out: "), "{ended:?}");
-    assert!(ended.notes.contains("place is left out: "), "{ended:?}");
+    assert!(ended.notes.contains("ramp is skipped: "), "{ended:?}");
+    assert!(ended.notes.contains("place is skipped: "), "{ended:?}");
     let text = std::fs::read_to_string(&one).unwrap();
     assert!(!text.contains("ramp") && !text.contains("place"), "{text}");
     assert!(text.contains("resolution = "), "{text}");

@@ -325,7 +325,7 @@ fn file_without_a_frame_is_refused_and_a_wrong_line_is_left_out() {
     let ended = rig.tool(&command);
     assert_eq!((ended.code, &*ended.out), (0, "(1.0) can0 123#00\n"));
     assert!(
-        ended.notes.contains("left out: 1 line of the log"),
+        ended.notes.contains("skipped: 1 line of the log"),
         "{ended:?}"
     );
     std::fs::remove_file(&path).unwrap();

@@ -45,7 +45,7 @@ fn usage_of_a_sensor_is_in_the_document_and_in_lines() {
         assert!((0.9..1.1).contains(&number_of("shock")), "{usage}");
         let ended = rig.tool(&format!("--rate {number} doctor --seconds 1 --active"));
         for part in [
-            "    last start by power-on",
+            "    last reset: power-on",
             "    2 starts, 0.0 h in operation",
             " degC\n",
             "    until this start 0 saves and 0 erases of the memory",

@@ -55,11 +55,11 @@ fn process_data_is_left_out_of_a_backup_and_never_restored() {
     let path = file("eds-process-data.toml");
     let ended = rig.tool(&format!("{options} backup {}", path.display()));
     assert_eq!(ended.code, 0, "{ended:?}");
-    assert!(ended.notes.contains("entries are left out"), "{ended:?}");
+    assert!(ended.notes.contains("entries are skipped"), "{ended:?}");
     let text = std::fs::read_to_string(&path).unwrap();
     let last = text.lines().last().unwrap();
     assert!(
-        last.starts_with("# Left out, ") && last.contains("resolution"),
+        last.starts_with("# Skipped, ") && last.contains("resolution"),
         "{text}"
     );
     assert!(!text.contains("resolution = "), "{text}");

@@ -283,7 +283,7 @@ fn address_that_is_only_likely_is_asked_twice_at_most() {
         });
         // Nobody is asked at other addresses.
         rig.says_yes = true;
-        rig.yes_to = Some("Ask it?");
+        rig.yes_to = Some("Send requests to it?");
         let rows = rig.json("--rate 250 scan");
         assert_eq!(rows.as_array().map(Vec::len), Some(1), "{rows}");
         let seen = texts(&rig.witnessed());

@@ -239,12 +239,12 @@ fn file_that_does_not_fit_is_refused_and_nothing_is_written() {
         (
             "jn2101",
             &devicenet,
-            "of a DeviceNet device, but jn2101 speaks CANopen",
+            "describes a DeviceNet device, but jn2101 uses CANopen",
         ),
         (
             "tiltix080",
             CANOPEN,
-            "of a CANopen device, but tiltix080 speaks DeviceNet",
+            "describes a CANopen device, but tiltix080 uses DeviceNet",
         ),
         ("is2", CANOPEN, "is2 has no data sheet"),
         (

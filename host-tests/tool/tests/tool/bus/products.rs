@@ -88,7 +88,7 @@ fn product_that_the_sensor_contradicts_is_used_only_after_a_yes() {
         let question = &rig.questions[..];
         assert!(
             question.len() == 1
-                && question[0].contains(&format!("says that it is {own} "))
+                && question[0].contains(&format!("identifies itself as {own} "))
                 && question[0].contains(&format!("tables of {product} ")),
             "{question:?}"
         );

@@ -160,5 +160,5 @@ fn ctrl_c_ends_a_loop_with_the_count() {
     let count = rig.witnessed().len();
     assert!(ended.code == 0 && count > 2, "{ended:?}");
     assert_eq!(ended.out, format!("sent {count} frames at 125 kbit/s\n"));
-    assert!(ended.notes.contains("again and again"), "{ended:?}");
+    assert!(ended.notes.contains("repeatedly"), "{ended:?}");
 }

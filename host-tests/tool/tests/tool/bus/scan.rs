@@ -105,9 +105,13 @@ fn silent_sensor_is_found_though_the_first_answers_are_late() {
         rig.bus.borrow_mut().noise(at);
     }
     let ended = rig.tool("scan --active --rate 250");
-    let asked = ended.notes.matches("asking at the addresses as delivered");
+    let asked = ended
+        .notes
+        .matches("sending requests to the factory addresses");
     assert_eq!(asked.count(), 2, "{ended:?}");
-    let again = ended.notes.matches("as delivered again, with more time");
+    let again = ended
+        .notes
+        .matches("factory addresses again, with more time");
     assert_eq!(again.count(), 1, "{ended:?}");
     assert!(ended.out.contains("  fsc  is2  address 300"), "{ended:?}");
 }
@@ -289,8 +293,8 @@ fn progress_bar_shows_each_step_instead_of_lines_and_is_away_during_questions() 
     rig.tool("--rate 500 scan --active --search");
     let steps = shown.0.take();
     for (text, total) in [
-        ("asking at the addresses as delivered", 2),
-        ("asking at all node-IDs and MAC IDs", 191),
+        ("sending requests to the factory addresses", 2),
+        ("sending requests to all node-IDs and MAC IDs", 191),
     ] {
         let own = steps
             .iter()

@@ -87,7 +87,7 @@ fn late_frames_of_a_full_bus_are_left_out_and_counted() {
     );
     let ended = rig.tool(&send);
     assert_eq!(ended.code, 0, "{ended:?}");
-    assert!(ended.notes.contains("left out: "), "{ended:?}");
+    assert!(ended.notes.contains("skipped: "), "{ended:?}");
     let witnessed = rig.witnessed_at();
     for text in frames {
         let count = times(&witnessed, &text).len();

@@ -95,10 +95,7 @@ fn position_that_no_file_can_carry_is_told_by_backup_restore_and_diff() {
     assert!(!told(&mut rig, &format!("diff {old}")).contains("teach"));
     rig.done("teach");
     let notes = told(&mut rig, &format!("backup {old}"));
-    assert!(
-        notes.contains("has taken teach from its position"),
-        "{notes}"
-    );
+    assert!(notes.contains("has set teach from its position"), "{notes}");
     // The same sensor still has it.
     for command in ["diff", "restore"] {
         let notes = told(&mut rig, &format!("{command} {old}"));

@@ -83,7 +83,7 @@ fn adapter_that_cannot_be_used_is_told_with_the_next_step() {
             1,
         ),
         // The other line names the chapter with all causes.
-        ("not-acknowledged", "nobody answers at identifier 300h", 2),
+        ("not-acknowledged", "no answer at identifier 300h", 2),
     ] {
         let output = run(
             &sensor,
@@ -129,7 +129,7 @@ fn adapter_that_is_pulled_out_ends_log_and_send_with_one_sentence() {
             "{arguments}: {text}"
         );
         // A slow computer leaves frames out, and tells it.
-        let own = text.lines().filter(|line| !line.contains("left out"));
+        let own = text.lines().filter(|line| !line.contains("skipped"));
         assert_eq!(own.count(), lines, "{arguments}: {text}");
     }
 }

@@ -199,7 +199,7 @@ fn progress_of_a_scan_is_an_event_for_each_step() {
         assert_eq!((&step["done"], &step["total"]), (&json!(done), &json!(10)));
         let text = step["texts"]["en"].as_str().unwrap_or_default();
         assert!(text.starts_with("listened at 125 kbit/s"), "{step}");
-        assert!(text.ends_with("it then tells its address"), "{step}");
+        assert!(text.ends_with("it then sends its address"), "{step}");
     }
     assert_eq!(scan.code(), "asks");
 }

@@ -10,7 +10,7 @@ fn question_has_its_texts_and_the_object_of_a_yes() {
     let server = Running::new();
     let asked = server.post("/api/scan", r#"{"port":"demo:is2"}"#).json();
     let texts = json!({
-        "en": "There is no traffic. Ask at all addresses and bit rates?",
+        "en": "There is no traffic. Send requests to all addresses at all bit rates?",
         "de": "Es gibt keinen Verkehr. Auf allen Adressen und Bitraten fragen?",
     });
     let question = json!({"id": "silent"});
@@ -65,8 +65,8 @@ fn error_and_its_action_have_both_texts_of_the_page_instead_of_a_command() {
         (
             "en",
             [
-                "nobody answers at node-ID 77 at 125 kbit/s: check power",
-                "\"Nobody answers\" of EXCHANGE.md",
+                "no answer at node-ID 77 at 125 kbit/s: check power",
+                "\"No answer\" of EXCHANGE.md",
             ],
         ),
         (

@@ -136,7 +136,7 @@ fn log_is_sent_with_its_spacing_until_it_ends_or_is_stopped() {
         action["line"] == line && action["state"] == "done"
     });
     let note = action["notes"][0]["en"].as_str().unwrap_or_default();
-    assert!(note.starts_with("left out: 1 line of the log"), "{action}");
+    assert!(note.starts_with("skipped: 1 line of the log"), "{action}");
     let ended = tab.wait("transmission", |state| state["log"]["running"] == false);
     let expected = json!({"name": "crane.log", "frames": 3, "sent": 3, "running": false});
     assert_eq!(ended["log"], expected);

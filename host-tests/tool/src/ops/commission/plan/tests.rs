@@ -78,7 +78,7 @@ fn fault_of_a_plan_has_line_and_reason() {
                 "{ONE}[[sensor]]\nname = \"two\"\nproduct = \"jn2101\"\nparameters.node-id = 11\n"
             ),
             4,
-            "as delivered",
+            "the factory address",
         ),
         (
             format!("{ONE}find = \"fastscan\"\n"),
