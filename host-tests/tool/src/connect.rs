@@ -261,7 +261,7 @@ fn told(
     let is_of = |own: &Protocol| wanted.product.is_none_or(|product| own.is_of(product));
     let mut found = Vec::new();
     for protocol in PROTOCOLS {
-        let Some(told) = protocol.told else {
+        let Some(find) = protocol.announced_nodes else {
             continue;
         };
         if !is_of(protocol) || !questions.permits(protocol.name) {
@@ -271,7 +271,7 @@ fn told(
             if !link.try_rate(*rate, rates)? {
                 continue;
             }
-            for target in told(link)? {
+            for target in find(link)? {
                 let answer = identify::ask_all(link, target, identify::PATIENT)?;
                 add(&mut found, answer, wanted);
             }

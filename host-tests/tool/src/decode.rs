@@ -46,7 +46,7 @@ impl Named {
     }
 
     /// A text of the device.
-    pub fn told(name: &str, bytes: &[u8]) -> Self {
+    pub fn raw(name: &str, bytes: &[u8]) -> Self {
         let Shown { name, text, json } = shown_text(name, bytes);
         Self { name, text, json }
     }
@@ -70,7 +70,7 @@ impl Named {
     pub fn of(entry: &Entry, bytes: &[u8]) -> Self {
         let name = entry.name.clone();
         if entry.data_type == DataType::Text {
-            return Self::told(&name, bytes);
+            return Self::raw(&name, bytes);
         }
         if bytes.len() != usize::from(entry.data_type.size()) {
             return Self::text(name, hexadecimal(bytes));

@@ -87,7 +87,7 @@ texts! {
     #[derive(Serialize, Deserialize)]
     #[serde(untagged)]
     Version {
-        Told(version: String) = ", software version {version}", ", Softwareversion {version}";
+        Reported(version: String) = ", software version {version}", ", Softwareversion {version}";
         Unknown = "", "";
     }
 }

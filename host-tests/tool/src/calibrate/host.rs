@@ -76,7 +76,7 @@ texts! {
 /// The interface that leads the user through the positions.
 pub trait Host {
     /// Tells the user what happens.
-    fn tell(&mut self, step: &Step);
+    fn report(&mut self, step: &Step);
 
     /// Asks, and waits for the answer; true means yes.
     fn ask(&mut self, question: &Question) -> bool;
@@ -103,7 +103,7 @@ impl<'a, 'b> Asks<'a, 'b> {
 }
 
 impl Host for Asks<'_, '_> {
-    fn tell(&mut self, step: &Step) {
+    fn report(&mut self, step: &Step) {
         match (step, self.told) {
             (Step::Measured(state, _), Some((told, looks))) if *state == told => {
                 self.told = Some((told, looks + 1));

@@ -6,7 +6,7 @@ use crate::eds::identity as data_sheet;
 use crate::error::{Error, FileError};
 use crate::note::Note;
 use crate::ops::Report;
-use crate::ops::identity::{Told, given};
+use crate::ops::identity::{SensorIdentity, given};
 use crate::output::Terminal;
 use descriptors::unit;
 use host_tests::store_file;
@@ -40,13 +40,17 @@ pub(super) fn from_file(
         Unread::Failed(error) => FileError::IdentityUnread(shown.clone(), error.to_string()),
         Unread::Unfit(why) => FileError::Identity(shown.clone(), why.into()),
     })?;
-    let told = given(&data_sheet::text(&bytes), &shown, name)?;
-    finish(&told, into, terminal)
+    let identity = given(&data_sheet::text(&bytes), &shown, name)?;
+    finish(&identity, into, terminal)
 }
 
 /// Prints the identity, and writes the files.
-pub(super) fn finish(told: &Told, into: Into, terminal: &mut Terminal) -> Result<(), Error> {
-    let Told { product, unit } = told;
+pub(super) fn finish(
+    identity: &SensorIdentity,
+    into: Into,
+    terminal: &mut Terminal,
+) -> Result<(), Error> {
+    let SensorIdentity { product, unit } = identity;
     if let Some(path) = into.output {
         replaced(path, terminal)?;
         write_file(path, &unit::sheet(product, unit))?;
@@ -60,5 +64,5 @@ pub(super) fn finish(told: &Told, into: Into, terminal: &mut Terminal) -> Result
     if let Some(path) = into.store {
         terminal.note(&Note::Identity(product.name, path.display().to_string()));
     }
-    terminal.report(&Report::Identity(Box::new(told.clone())))
+    terminal.report(&Report::Identity(Box::new(identity.clone())))
 }

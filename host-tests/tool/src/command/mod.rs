@@ -202,8 +202,8 @@ pub fn run_with(cli: &Cli, terminal: &mut Terminal, connect: Connect) -> Result<
         is_filled = false;
         result = on_bus(cli, &mut bus, terminal);
     }
-    if let (Ok(()), Some(told)) = (&result, Note::unread(&bus.unread)) {
-        terminal.note(&told);
+    if let (Ok(()), Some(note)) = (&result, Note::unread(&bus.unread)) {
+        terminal.note(&note);
     }
     if let (Ok(()), Some(place), Some(port)) = (&result, bus.place, &full.port) {
         last.keep(port, place.rate, place.target);
@@ -246,19 +246,19 @@ fn on_bus(cli: &Cli, bus: &mut Bus, terminal: &mut Terminal) -> Result<(), Error
                 Request::Label { .. } => Labels::open(options.config.as_deref())?,
                 _ => Labels::default(),
             };
-            let (report, told, place) = bus.with_found(terminal, |session, found, terminal| {
+            let (report, note, place) = bus.with_found(terminal, |session, found, terminal| {
                 // After a restart the sensor needs some time before it answers.
                 let next = matches!(request, Request::Restart).then(|| Place::next(session));
                 let report = ops::perform(request, session, found, (&mut labels, false), terminal)?;
                 let place = Place::after(request, &report, session, next);
-                let told = place.told_after(request, options, session, found);
-                Ok((report, told, place))
+                let note = place.note_after(request, options, session, found);
+                Ok((report, note, place))
             })?;
             if !place.after_restart {
                 bus.place = Some(place);
             }
-            if let Some(told) = told {
-                terminal.note(&told);
+            if let Some(note) = note {
+                terminal.note(&note);
             }
             terminal.report(&report)
         }
@@ -271,7 +271,7 @@ fn on_bus(cli: &Cli, bus: &mut Bus, terminal: &mut Terminal) -> Result<(), Error
                 let from = file::read(session, file)?;
                 let (document, name) = ops::restore::restore(session, found, from, only, terminal)?;
                 let place = Place::next(session);
-                terminal.note(&place.told(options, session, found));
+                terminal.note(&place.note(options, session, found));
                 terminal.document(&document)?;
                 ops::label::take_over(&mut labels, found, name.as_deref(), terminal);
                 Ok(())
@@ -366,8 +366,8 @@ fn on_bus(cli: &Cli, bus: &mut Bus, terminal: &mut Terminal) -> Result<(), Error
                 store: store.as_deref(),
             };
             bus.with(terminal, |session, terminal| {
-                let told = ops::identity::told(session, terminal)?;
-                identity::finish(&told, into, terminal)
+                let own = ops::identity::read(session, terminal)?;
+                identity::finish(&own, into, terminal)
             })
         }
         Command::Calibrate { .. }

@@ -84,7 +84,7 @@ impl Place {
     }
 
     /// The command line, if an operation can have moved the sensor.
-    pub fn told_after(
+    pub fn note_after(
         &self,
         request: &Request,
         options: &Options,
@@ -92,11 +92,11 @@ impl Place {
         found: &Found,
     ) -> Option<Note> {
         let is_moved = self.after_restart || self.target != found.target;
-        (moves(request) || is_moved).then(|| self.told(options, session, found))
+        (moves(request) || is_moved).then(|| self.note(options, session, found))
     }
 
     /// The command line.
-    pub fn told(&self, options: &Options, session: &Session, found: &Found) -> Note {
+    pub fn note(&self, options: &Options, session: &Session, found: &Found) -> Note {
         let found = Found {
             target: self.target,
             ..found.clone()

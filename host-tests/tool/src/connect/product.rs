@@ -57,7 +57,7 @@ fn confirmed(
         version: found
             .firmware
             .clone()
-            .map_or(Version::Unknown, Version::Told),
+            .map_or(Version::Unknown, Version::Reported),
         product: name.to_owned(),
     };
     if terminal.ask(&question)? {

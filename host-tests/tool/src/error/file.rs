@@ -89,7 +89,7 @@ errors! {
 texts! {
     /// What is wrong with the content of a file.
     Fault {
-        Told(text: String) = "{text}", "{text}";
+        Reason(text: String) = "{text}", "{text}";
         NotRegular = "it is not a regular file", "sie ist keine gewöhnliche Datei";
         TooLong = "it is too long", "sie ist zu lang";
         NoText = "it is not a text in UTF-8 or UTF-16", "sie ist kein Text in UTF-8 oder UTF-16";
@@ -179,6 +179,6 @@ impl From<NumberError> for Fault {
 /// The sentence of another library.
 impl From<String> for Fault {
     fn from(text: String) -> Self {
-        Self::Told(text)
+        Self::Reason(text)
     }
 }

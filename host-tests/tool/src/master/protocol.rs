@@ -40,8 +40,8 @@ pub struct Protocol {
     pub(crate) rows: fn(&mut Builder),
     /// A search asks at all numbers.
     pub is_searched: bool,
-    /// Finds the nodes that tell their addresses after one request to all.
-    pub(crate) told: Option<Told>,
+    /// Finds the nodes that report their addresses after one request to all.
+    pub(crate) announced_nodes: Option<Find>,
     /// Finds a node without an address. The frames are those that were heard before.
     pub(crate) unaddressed: Option<Unaddressed>,
     /// What the messages of these products mean.
@@ -55,7 +55,7 @@ pub struct Protocol {
     pub(crate) signs: Signs,
 }
 
-type Told = fn(&mut Link) -> Result<Vec<Target>, Error>;
+type Find = fn(&mut Link) -> Result<Vec<Target>, Error>;
 type Unaddressed = fn(&mut Link, &Frames) -> Result<Option<Heard>, Error>;
 
 impl Eq for Protocol {}

@@ -16,7 +16,7 @@ use crate::error::{BrokerError, Error};
 use crate::note::Note;
 use crate::output::Terminal;
 use agopengps::AgOpenGps;
-use broker::{Broker, Told};
+use broker::{Broker, BrokerEvent};
 use fleet::{Event, Fleet};
 use known::Known;
 use plumbline::time::Duration;
@@ -97,16 +97,16 @@ impl Mqtt {
     ///
     /// # Errors
     /// No connection can succeed.
-    fn tell(&mut self, terminal: &mut Terminal) -> Result<(), Error> {
-        for told in self.broker.told() {
-            hand_on(told, &self.url, &self.buffer, terminal)?;
+    fn report_events(&mut self, terminal: &mut Terminal) -> Result<(), Error> {
+        for event in self.broker.events() {
+            report(event, &self.url, &self.buffer, terminal)?;
         }
         if self.looked.elapsed() < LOST {
             return Ok(());
         }
         self.looked = Instant::now();
-        tell_lost(self.broker.take_lost(), &self.buffer, terminal);
-        // The broker tells that the disk is full.
+        report_lost(self.broker.take_lost(), &self.buffer, terminal);
+        // `report_lost` shows that the disk is full.
         let _ = self.known.sync();
         Ok(())
     }
@@ -116,23 +116,23 @@ impl Mqtt {
             let topic = self.topics.sensor(about, "availability");
             self.broker.keep(topic, HERE[0].to_owned());
         }
-        tell_lost(self.broker.take_lost(), &self.buffer, terminal);
+        report_lost(self.broker.take_lost(), &self.buffer, terminal);
         let path = self.buffer.display().to_string();
-        let (left, told) = self.broker.end();
+        let (left, events) = self.broker.end();
         match left {
             Ok(0) => {}
             Ok(left) => terminal.note(&Note::RecordsLeft(Samples(left), path)),
             Err(error) => terminal.note(&Note::NotSynchronised(path, error.to_string())),
         }
         // There is no next try.
-        let mut told = told
+        let mut events = events
             .into_iter()
-            .filter(|own| !matches!(own, Told::Away(..)));
-        told.try_for_each(|told| hand_on(told, &self.url, &self.buffer, terminal))
+            .filter(|own| !matches!(own, BrokerEvent::Away(..)));
+        events.try_for_each(|event| report(event, &self.url, &self.buffer, terminal))
     }
 }
 
-fn tell_lost(lost: Lost, buffer: &Path, terminal: &mut Terminal) {
+fn report_lost(lost: Lost, buffer: &Path, terminal: &mut Terminal) {
     let path = || buffer.display().to_string();
     if lost.limit > 0 {
         terminal.note(&Note::RecordsLost(Samples(lost.limit)));
@@ -145,20 +145,27 @@ fn tell_lost(lost: Lost, buffer: &Path, terminal: &mut Terminal) {
     }
 }
 
-/// Tells the user what the thread of the broker has told.
+/// Shows the user what has happened in the thread of the broker.
 ///
 /// # Errors
 /// No connection can succeed.
-fn hand_on(told: Told, url: &str, buffer: &Path, terminal: &mut Terminal) -> Result<(), Error> {
+fn report(
+    event: BrokerEvent,
+    url: &str,
+    buffer: &Path,
+    terminal: &mut Terminal,
+) -> Result<(), Error> {
     let url = url.to_owned();
-    match told {
-        Told::NotSynchronised(reason) => {
+    match event {
+        BrokerEvent::NotSynchronised(reason) => {
             let path = buffer.display().to_string();
             terminal.note(&Note::NotSynchronised(path, reason));
         }
-        Told::Connected => terminal.note(&Note::BrokerConnected(url)),
-        Told::Away(reason, seconds) => terminal.note(&Note::BrokerAway(url, reason, seconds)),
-        Told::Failed(failure) => return Err(failure),
+        BrokerEvent::Connected => terminal.note(&Note::BrokerConnected(url)),
+        BrokerEvent::Away(reason, seconds) => {
+            terminal.note(&Note::BrokerAway(url, reason, seconds))
+        }
+        BrokerEvent::Failed(failure) => return Err(failure),
     }
     Ok(())
 }
@@ -289,7 +296,7 @@ fn turns(
             }
         })?;
         if let Some(mqtt) = &mut outputs.mqtt {
-            mqtt.tell(terminal)?;
+            mqtt.report_events(terminal)?;
         }
     }
     Ok(())

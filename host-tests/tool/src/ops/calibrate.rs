@@ -132,7 +132,7 @@ struct Guide {
 
 impl Guide {
     fn start(source: &Source, host: &mut dyn Host) -> Result<Self, Error> {
-        host.tell(&Step::Waiting(source.to_string()));
+        host.report(&Step::Waiting(source.to_string()));
         Ok(Self {
             log: Log::start(source)?,
             window: Window::default(),
@@ -153,7 +153,7 @@ impl Guide {
             .filter(|side| !done.contains(side))
             .collect();
         if missing.is_empty() {
-            host.tell(&Step::Complete);
+            host.report(&Step::Complete);
         } else if let (Some(own), None, false) =
             (measurement.serial, self.serial, measurement.is_named)
         {
@@ -163,7 +163,7 @@ impl Guide {
         }
         for side in missing {
             let place = SIDES.iter().position(|own| *own == side).unwrap_or(0) + 1;
-            host.tell(&Step::Place(place, Up(side)));
+            host.report(&Step::Place(place, Up(side)));
             self.log.turn(side);
             let average = self.position(side, set_temperature, measurement, host)?;
             measurement.add(side, &average)?;
@@ -172,7 +172,7 @@ impl Guide {
                 let set = measurement.set_at(average.temperature)?;
                 set_temperature = set.map(|(temperature, _)| temperature);
             }
-            host.tell(&Step::Taken(
+            host.report(&Step::Taken(
                 Up(side),
                 measurement.path.display().to_string(),
             ));
@@ -212,7 +212,7 @@ impl Guide {
                 _ => State::Ready,
             };
             if state != State::Ready {
-                host.tell(&Step::Measured(state, average));
+                host.report(&Step::Measured(state, average));
                 continue;
             }
             if host.ask(&Question::Take(Up(side), average)) {
@@ -274,7 +274,7 @@ impl Guide {
                 self.serial = Some(serial);
                 // The samples before can be of another unit.
                 self.window.clear();
-                host.tell(&Step::Serial(serial));
+                host.report(&Step::Serial(serial));
                 Ok(())
             }
         }

@@ -1,4 +1,4 @@
-//! The identity of a sensor: what it tells about itself.
+//! The identity of a sensor: what it reports about itself.
 
 use crate::eds::identity as data_sheet;
 use crate::error::{Error, Fault, FileError, RequestError, SensorError};
@@ -15,14 +15,14 @@ use serde_json::{Map, json};
 
 /// The identity of a unit. As JSON: its values, and the sheet with them.
 #[derive(Clone, Debug)]
-pub struct Told {
+pub struct SensorIdentity {
     /// What it is.
     pub product: &'static Product,
     /// The identity.
     pub unit: Unit,
 }
 
-impl Serialize for Told {
+impl Serialize for SensorIdentity {
     fn serialize<S: Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
         let Self { product, unit } = self;
         let values = unit::fields(product).into_iter().map(|field| {
@@ -39,7 +39,7 @@ impl Serialize for Told {
     }
 }
 
-impl Told {
+impl SensorIdentity {
     pub(super) fn lines(&self) -> Vec<String> {
         let fields = unit::fields(self.product).into_iter();
         let lines = fields.map(|field| {
@@ -55,7 +55,7 @@ impl Told {
 ///
 /// # Errors
 /// The product is not known, nobody answers, or the adapter fails.
-pub fn told(session: &mut Session, terminal: &mut Terminal) -> Result<Told, Error> {
+pub fn read(session: &mut Session, terminal: &mut Terminal) -> Result<SensorIdentity, Error> {
     let product = session.sheet.product;
     if session.sheet.data_sheet.is_some() {
         return Err(RequestError::NotInCatalogue.into());
@@ -73,13 +73,13 @@ pub fn told(session: &mut Session, terminal: &mut Terminal) -> Result<Told, Erro
     }
     let unit = sheet.unit(product);
     let unit = unit.map_err(SensorError::BadIdentity)?;
-    Ok(Told { product, unit })
+    Ok(SensorIdentity { product, unit })
 }
 
 /// Keys of a unit record with their values.
 pub(crate) type Values = Vec<(&'static str, Value)>;
 
-/// What the sensor tells; what it does not have is left out.
+/// What the sensor reports; what it does not have is left out.
 fn values(session: &mut Session, product: &Product) -> Result<Values, Error> {
     let target = session.target;
     let mut values = target.identity(session)?;
@@ -113,7 +113,7 @@ pub(crate) fn texts<const N: usize>(values: [(&'static str, Option<Vec<u8>>); N]
 ///
 /// # Errors
 /// The product is not known, or cannot have this identity.
-pub fn given(text: &str, shown: &str, name: Option<&str>) -> Result<Told, Error> {
+pub fn given(text: &str, shown: &str, name: Option<&str>) -> Result<SensorIdentity, Error> {
     let bad = |why: Fault| FileError::Identity(shown.to_owned(), why);
     let wanted = name.map(identify::product).transpose()?;
     let is_data_sheet = data_sheet::is_data_sheet(text);
@@ -128,5 +128,5 @@ pub fn given(text: &str, shown: &str, name: Option<&str>) -> Result<Told, Error>
         sheet = data_sheet::sheet(text, product).map_err(bad)?;
     }
     let unit = sheet.unit(product).map_err(|why| bad(why.into()))?;
-    Ok(Told { product, unit })
+    Ok(SensorIdentity { product, unit })
 }

@@ -114,8 +114,8 @@ fn performed(
             report
         }
         Request::Identity => {
-            let told = identity::told(session, terminal)?;
-            Ok(Report::Identity(Box::new(told)))
+            let identity = identity::read(session, terminal)?;
+            Ok(Report::Identity(Box::new(identity)))
         }
     }
 }

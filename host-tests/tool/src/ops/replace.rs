@@ -28,15 +28,15 @@ pub(crate) fn read(
 ) -> Result<(Old, Unit), Error> {
     described(session)?;
     let backup = backup::read(session, found, terminal)?;
-    let told = identity::told(session, terminal)?;
-    let text = unit::sheet(told.product, &told.unit);
+    let identity = identity::read(session, terminal)?;
+    let text = unit::sheet(identity.product, &identity.unit);
     let old = Old {
         backup,
         identity: unit::Sheet::parse(&text).unwrap_or_default(),
         replies: replies(session)?,
         angles: angles(session, terminal)?,
     };
-    Ok((old, told.unit))
+    Ok((old, identity.unit))
 }
 
 /// Writes the settings of the old sensor into the new one, stores them, and compares everything.
@@ -62,7 +62,7 @@ pub(crate) fn write(
     }
     restore::restore(session, found, (wanted.clone(), file), &[], terminal)?;
     let own = backup::read(session, found, terminal)?;
-    let told = identity::told(session, terminal)?;
+    let identity = identity::read(session, terminal)?;
     let new_replies = replies(session)?;
     let measured = angles(session, terminal)?;
     Ok(Replaced {
@@ -70,7 +70,7 @@ pub(crate) fn write(
         new: found.about(session.link.rate()).to_string(),
         settings: settings(&wanted, &own),
         not_carried,
-        identity: identities(old, &told.unit, session.sheet.product),
+        identity: identities(old, &identity.unit, session.sheet.product),
         replies: compared(&old.replies, &new_replies),
         not_compared: not_compared(&session.sheet, &old.angles, &measured),
         angles: compared_angles(&old.angles, &measured),

@@ -4,7 +4,7 @@ use super::adjust::What;
 use super::align::Aligned;
 use super::commission::Commissioned;
 use super::doctor;
-use super::identity::Told;
+use super::identity::SensorIdentity;
 use super::rate::NewRate;
 use super::replace::report::Replaced;
 use crate::master::j1939::address::Shown as Address;
@@ -127,7 +127,7 @@ pub enum Report {
         answer: String,
     },
     /// The identity of the sensor.
-    Identity(Box<Told>),
+    Identity(Box<SensorIdentity>),
     /// The offset of the mounting is zero.
     Aligned(Aligned),
     /// The sensors of a plan are commissioned.
@@ -179,7 +179,7 @@ impl Report {
                 let bytes: Vec<_> = bytes.map(String::from_utf8_lossy).collect();
                 vec![bytes.join(" ")]
             }
-            Self::Identity(told) => told.lines(),
+            Self::Identity(identity) => identity.lines(),
             Self::Aligned(aligned) => aligned.lines(),
             Self::Doctor(report) => report.lines(),
             Self::Commissioned(done) => done.lines(),

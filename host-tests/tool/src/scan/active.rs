@@ -192,8 +192,8 @@ impl Questions<'_> {
             {
                 rows.add(link.rate(), Row::Heard(heard), terminal)?;
             }
-            let told = protocol.told.map(|told| told(link)).transpose()?;
-            for target in told.into_iter().flatten() {
+            let nodes = protocol.announced_nodes.map(|find| find(link));
+            for target in nodes.transpose()?.into_iter().flatten() {
                 self.one(link, target, identify::PATIENT, rows, terminal)?;
             }
         }

@@ -300,7 +300,7 @@ impl Page {
 }
 
 impl Host for Page {
-    fn tell(&mut self, step: &Step) {
+    fn report(&mut self, step: &Step) {
         let mut state = "measuring";
         match step {
             Step::Waiting(_) => state = "waiting",

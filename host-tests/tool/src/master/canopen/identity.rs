@@ -1,4 +1,4 @@
-//! What a sensor with an SDO server tells about itself.
+//! What a sensor with an SDO server reports about itself.
 
 use crate::error::{Error, What};
 use crate::master::canopen::sdo::{Answer, Server};
@@ -9,7 +9,7 @@ use crate::session::Session;
 const TRIES: u8 = 3;
 
 /// The values of the identity object, and the texts.
-pub(super) fn told(session: &mut Session, server: Server) -> Result<Values, Error> {
+pub(super) fn read(session: &mut Session, server: Server) -> Result<Values, Error> {
     let mut read = |index, sub| {
         let mut answer = Answer::Silent;
         for _ in 0..TRIES {

@@ -64,7 +64,7 @@ pub const PROTOCOL: Protocol = Protocol {
     roles,
     rows: rows::add,
     is_searched: true,
-    told: None,
+    announced_nodes: None,
     unaddressed: Some(lss::unaddressed),
     decoder: decode::decoder,
     check: None,
@@ -193,7 +193,7 @@ impl Master for Node {
     }
 
     fn identity(&self, session: &mut Session) -> Result<Values, Error> {
-        identity::told(session, self.server())
+        identity::read(session, self.server())
     }
 
     fn stream(

@@ -1,4 +1,4 @@
-//! What a sensor tells about itself.
+//! What a sensor reports about itself.
 
 use super::connection::IDENTITY;
 use crate::error::{Error, What};
@@ -12,7 +12,7 @@ use plumbline::devicenet::service;
 const TRIES: u8 = 3;
 
 /// The attributes of the identity object.
-pub(super) fn told(session: &mut Session, slave: Slave) -> Result<Values, Error> {
+pub(super) fn read(session: &mut Session, slave: Slave) -> Result<Values, Error> {
     let mut get = |attribute: u8| {
         let mut response = Response::Silent;
         for _ in 0..TRIES {

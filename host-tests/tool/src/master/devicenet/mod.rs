@@ -61,7 +61,7 @@ pub const PROTOCOL: Protocol = Protocol {
     roles,
     rows: rows::add,
     is_searched: true,
-    told: None,
+    announced_nodes: None,
     unaddressed: None,
     decoder: decode::decoder,
     check: Some(millis(2500)),
@@ -196,7 +196,7 @@ impl Master for Slave {
     }
 
     fn identity(&self, session: &mut Session) -> Result<Values, Error> {
-        identity::told(session, *self)
+        identity::read(session, *self)
     }
 
     fn reports_defect(&self, session: &mut Session) -> Result<bool, Error> {

@@ -51,7 +51,7 @@ pub const PROTOCOL: Protocol = Protocol {
     roles,
     rows: rows::add,
     is_searched: false,
-    told: None,
+    announced_nodes: None,
     unaddressed: None,
     decoder: decode::decoder,
     check: None,
@@ -230,7 +230,7 @@ impl Master for Sensor {
     }
 
     fn identity(&self, session: &mut Session) -> Result<Values, Error> {
-        self.told(session)
+        self.read_identity(session)
     }
 
     fn stream(

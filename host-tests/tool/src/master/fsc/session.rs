@@ -121,7 +121,7 @@ impl Sensor {
         Ok(reply.data.get(..4).map(number))
     }
 
-    pub(super) fn told(self, session: &mut Session) -> Result<Values, Error> {
+    pub(super) fn read_identity(self, session: &mut Session) -> Result<Values, Error> {
         let article = fsc::must(&mut session.link, self, ARTICLE, fsc::ANSWER)?.data;
         let serial = fsc::must(&mut session.link, self, SERIAL, fsc::ANSWER)?.data;
         let part = |data: &[u8], from: usize, to: usize| data.get(from..to).map(<[u8]>::to_vec);

@@ -161,7 +161,7 @@ impl Nodes {
             }
             ACTIVE_CODES => troubles(data)?,
             SOFTWARE_IDENTIFICATION | COMPONENT_IDENTIFICATION | ECU_IDENTIFICATION => {
-                vec![Named::told("text", data)]
+                vec![Named::raw("text", data)]
             }
             _ => signals(self.process_data(pgn)?.signals, &word?),
         };

@@ -1,4 +1,4 @@
-//! What a sensor tells about itself.
+//! What a sensor reports about itself.
 
 use crate::error::Error;
 use crate::master::j1939::groups::{self as j1939, Answer};
@@ -11,7 +11,7 @@ use plumbline::j1939::identifier::{COMPONENT_IDENTIFICATION, SOFTWARE_IDENTIFICA
 const TRIES: u8 = 3;
 
 /// Only standard requests: the objects of another maker's sensor are not in the proprietary group.
-pub(super) fn told(session: &mut Session, address: u8) -> Result<Values, Error> {
+pub(super) fn read(session: &mut Session, address: u8) -> Result<Values, Error> {
     let mut group = |pgn| {
         for _ in 0..TRIES {
             match j1939::get(&mut session.link, address, pgn)? {

@@ -50,7 +50,7 @@ pub const PROTOCOL: Protocol = Protocol {
     // Its parameters have no addresses that a tool knows.
     rows: |_| {},
     is_searched: false,
-    told: Some(told),
+    announced_nodes: Some(announced_nodes),
     unaddressed: None,
     decoder: decode::decoder,
     check: None,
@@ -70,7 +70,7 @@ pub fn tables(product: &Product) -> Option<&J1939Tables> {
     }
 }
 
-fn told(link: &mut Link) -> Result<Vec<Target>, Error> {
+fn announced_nodes(link: &mut Link) -> Result<Vec<Target>, Error> {
     let nodes = j1939::nodes(link)?.into_iter();
     Ok(nodes
         .map(|(address, _)| Target::J1939(Ca(address)))
@@ -159,7 +159,7 @@ impl Master for Ca {
     }
 
     fn identity(&self, session: &mut Session) -> Result<Values, Error> {
-        identity::told(session, self.0)
+        identity::read(session, self.0)
     }
 
     fn stream(

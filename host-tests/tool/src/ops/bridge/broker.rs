@@ -48,8 +48,8 @@ const END: Duration = Duration::from_secs(5);
 /// The pause between two writes of the queue to the disk.
 const SYNC: Duration = Duration::from_secs(5);
 
-/// What the thread tells.
-pub enum Told {
+/// What happens in the thread.
+pub enum BrokerEvent {
     /// The queue cannot be written to the disk, for this reason.
     NotSynchronised(String),
     /// There is a connection.
@@ -115,7 +115,7 @@ impl Shared {
 /// The connection to a broker.
 pub struct Broker {
     shared: Arc<Shared>,
-    told: Receiver<Told>,
+    events: Receiver<BrokerEvent>,
     thread: JoinHandle<()>,
     availability: String,
 }
@@ -132,7 +132,7 @@ impl Broker {
             wake: Notify::new(),
             ends: tokio::sync::watch::Sender::new(false),
         });
-        let (sender, told) = channel();
+        let (sender, events) = channel();
         let availability = wanted.availability.clone();
         let failed = |error: std::io::Error| {
             BrokerError::Socket(wanted.address.to_string(), error.to_string())
@@ -150,7 +150,7 @@ impl Broker {
         let thread = thread.map_err(|error| BrokerError::Socket(name, error.to_string()))?;
         let broker = Self {
             shared,
-            told,
+            events,
             thread,
             availability,
         };
@@ -186,9 +186,9 @@ impl Broker {
         self.shared.wake.notify_one();
     }
 
-    /// What the thread has told since the last call.
-    pub fn told(&self) -> Vec<Told> {
-        self.told.try_iter().collect()
+    /// What has happened in the thread since the last call.
+    pub fn events(&self) -> Vec<BrokerEvent> {
+        self.events.try_iter().collect()
     }
 
     /// What was lost since the last call.
@@ -197,24 +197,24 @@ impl Broker {
     }
 
     /// Says that the bridge ends, and delivers what can be delivered in some seconds. Returns the number of records that stay in the queue,
-    /// or the reason why it cannot be written; and what the thread has told since the last call.
-    pub fn end(self) -> (std::io::Result<u64>, Vec<Told>) {
+    /// or the reason why it cannot be written; and what has happened in the thread since the last call.
+    pub fn end(self) -> (std::io::Result<u64>, Vec<BrokerEvent>) {
         self.keep(self.availability.clone(), HERE[0].to_owned());
         self.shared.ends.send_replace(true);
         self.shared.wake.notify_one();
-        // The thread that has panicked has told it on standard error.
+        // The thread that has panicked has written it to standard error.
         let _ = self.thread.join();
         let mut queue = self.shared.queue();
         let left = queue.end().map(|()| queue.waiting());
-        (left, self.told.try_iter().collect())
+        (left, self.events.try_iter().collect())
     }
 }
 
-async fn run(wanted: &Wanted, shared: &Shared, told: &Sender<Told>) {
+async fn run(wanted: &Wanted, shared: &Shared, sender: &Sender<BrokerEvent>) {
     let mut ends = shared.ends.subscribe();
     select! {
-        () = connections(wanted, shared, told) => {}
-        () = synchronised(shared, told) => {}
+        () = connections(wanted, shared, sender) => {}
+        () = synchronised(shared, sender) => {}
         () = async {
             // The sender lives as long as this thread.
             let _ = ends.wait_for(|ends| *ends).await;
@@ -224,7 +224,7 @@ async fn run(wanted: &Wanted, shared: &Shared, told: &Sender<Told>) {
 }
 
 /// Brings the queue to the disk again and again. The disk can be slow, so the queue takes records meanwhile.
-async fn synchronised(shared: &Shared, told: &Sender<Told>) {
+async fn synchronised(shared: &Shared, sender: &Sender<BrokerEvent>) {
     let mut known = None;
     loop {
         sleep(SYNC).await;
@@ -236,29 +236,29 @@ async fn synchronised(shared: &Shared, told: &Sender<Told>) {
         });
         let failed = written.err().map(|error| error.to_string());
         if let Some(reason) = failed.clone().filter(|_| failed != known) {
-            let _ = told.send(Told::NotSynchronised(reason));
+            let _ = sender.send(BrokerEvent::NotSynchronised(reason));
         }
         known = failed;
     }
 }
 
 /// Connects again and again, with a growing pause.
-async fn connections(wanted: &Wanted, shared: &Shared, told: &Sender<Told>) {
+async fn connections(wanted: &Wanted, shared: &Shared, sender: &Sender<BrokerEvent>) {
     let (first, longest) = PAUSE;
     let mut pause = first;
     let mut ends = shared.ends.subscribe();
     loop {
         let window = RefCell::new(Window::default());
-        let error = connection(wanted, shared, told, &window).await;
+        let error = connection(wanted, shared, sender, &window).await;
         if let Some(failure) = failure::lasting(&error, &wanted.address) {
-            let _ = told.send(Told::Failed(failure));
+            let _ = sender.send(BrokerEvent::Failed(failure));
             return;
         }
         let connected = window.borrow().connected;
         if connected.is_some_and(|since| since.elapsed() >= LASTING) {
             pause = first;
         }
-        let _ = told.send(Told::Away(failure::reason(&error), pause.as_secs()));
+        let _ = sender.send(BrokerEvent::Away(failure::reason(&error), pause.as_secs()));
         select! {
             () = sleep(pause) => {}
             _ = ends.wait_for(|ends| *ends) => return,
@@ -271,7 +271,7 @@ async fn connections(wanted: &Wanted, shared: &Shared, told: &Sender<Told>) {
 async fn connection(
     wanted: &Wanted,
     shared: &Shared,
-    told: &Sender<Told>,
+    sender: &Sender<BrokerEvent>,
     window: &RefCell<Window>,
 ) -> ConnectionError {
     let mut options = MqttOptions::new(&wanted.client, &wanted.address.host, wanted.address.port);
@@ -288,7 +288,7 @@ async fn connection(
     events.network_options.set_connection_timeout(CONNECT);
     let changed = Notify::new();
     select! {
-        error = received(&mut events, shared, told, window, &changed) => error,
+        error = received(&mut events, shared, sender, window, &changed) => error,
         error = delivered(&client, shared, window, &changed) => error,
     }
 }
@@ -297,7 +297,7 @@ async fn connection(
 async fn received(
     events: &mut EventLoop,
     shared: &Shared,
-    told: &Sender<Told>,
+    sender: &Sender<BrokerEvent>,
     window: &RefCell<Window>,
     changed: &Notify,
 ) -> ConnectionError {
@@ -306,7 +306,7 @@ async fn received(
             Err(error) => return error,
             Ok(Event::Incoming(Packet::ConnAck(_))) => {
                 window.borrow_mut().connected = Some(Instant::now());
-                let _ = told.send(Told::Connected);
+                let _ = sender.send(BrokerEvent::Connected);
                 changed.notify_one();
             }
             Ok(Event::Outgoing(Outgoing::Publish(packet))) => window.borrow_mut().sent(packet),

@@ -113,7 +113,7 @@ impl Plan {
     fn parse(text: &str, rate: Option<BitRate>) -> Result<Self, Wrong> {
         let file: File = toml::from_str(text).map_err(|error| {
             let place = error.span().map_or(0, |span| span.start);
-            (place, Fault::Told(told(error.message())))
+            (place, Fault::Reason(told(error.message())))
         })?;
         if file.sensor.is_empty() {
             return Err((0, Fault::EmptyPlan));
@@ -219,7 +219,7 @@ impl Item {
         let at = |place: usize| move |error: Error| (place, Fault::Product(Box::new(error)));
         let name = labels::checked(row.name.as_ref()).map_err(|error| {
             let place = row.name.span().start;
-            (place, Fault::Told(error.to_string()))
+            (place, Fault::Reason(error.to_string()))
         })?;
         let product = identify::product(row.product.as_ref());
         let product = product.map_err(at(row.product.span().start))?;

@@ -101,7 +101,7 @@ impl State {
             Ok(text) => {
                 let file: Result<File, _> = toml::from_str(&text);
                 let damaged = |error: toml::de::Error| {
-                    FileError::State(name, Fault::Told(told(error.message())))
+                    FileError::State(name, Fault::Reason(told(error.message())))
                 };
                 file.map_err(damaged)?.sensor
             }
@@ -109,7 +109,7 @@ impl State {
                 Vec::new()
             }
             Err(Unread::Failed(error)) => {
-                return Err(FileError::State(name, Fault::Told(error.to_string())).into());
+                return Err(FileError::State(name, Fault::Reason(error.to_string())).into());
             }
             Err(Unread::Unfit(why)) => return Err(FileError::State(name, why.into()).into()),
         };

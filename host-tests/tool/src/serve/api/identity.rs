@@ -4,7 +4,7 @@
 use super::file::log;
 use super::{Answer, App, parse};
 use crate::error::{Error, FileError, PageError};
-use crate::ops::identity::Told;
+use crate::ops::identity::SensorIdentity;
 use crate::ops::identity::given;
 use crate::serve::line::Words;
 use axum::body::Bytes;
@@ -26,7 +26,7 @@ struct Given {
 }
 
 impl Given {
-    fn unit(&self) -> Result<Told, Error> {
+    fn unit(&self) -> Result<SensorIdentity, Error> {
         given(&self.text, &self.name, self.product.as_deref())
     }
 
@@ -54,7 +54,7 @@ pub(super) async fn write(State(app): State<Arc<App>>, body: Bytes) -> Answer {
     let Some(store) = &app.store else {
         return Err(Error::from(PageError::NoStore).into());
     };
-    let written = file.unit().and_then(|Told { product, unit }| {
+    let written = file.unit().and_then(|SensorIdentity { product, unit }| {
         let written = store_file::identify(product, &unit, store);
         written.map_err(|why| FileError::Store(why).into())
     });
