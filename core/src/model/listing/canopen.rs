@@ -32,7 +32,7 @@ pub struct Tables {
     pub bit_rates: &'static [(u32, BitRate)],
     /// Whether it supports layer setting services (CiA 305).
     pub lss: bool,
-    /// The status bits of a defective measuring element; None: only the errors (1001h, 1003h) tell it.
+    /// The status bits of a defective measuring element; None: only the errors (1001h, 1003h) show it.
     pub defect: Option<Defect>,
     /// The variants with other factory values.
     pub variants: &'static [Variant],
@@ -137,6 +137,7 @@ impl Product {
         let protocol = Protocol::Canopen(Tables { variants, ..tables });
         Self { protocol, ..self }
     }
+
     /// Sets the status bits of a defective measuring element. A product without CANopen, or without the object, is a compile error.
     #[track_caller]
     pub const fn with_defect(self, defect: Defect) -> Self {

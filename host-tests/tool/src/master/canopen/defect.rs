@@ -1,7 +1,7 @@
 //! Whether a sensor reports that its measuring element is defective.
 //!
-//! A product can have a status bit for it. Without one, the error register (1001h) tells that an error is active, and the list of errors
-//! (1003h) its code. Neither tells which error of the list has ended, so in doubt the element is taken as defective.
+//! A product can have a status bit for it. Without one, the error register (1001h) shows that an error is active, and the list of errors
+//! (1003h) its code. Neither shows which error of the list has ended, so in doubt the element is taken as defective.
 
 use super::Node;
 use crate::error::Error;
