@@ -81,7 +81,7 @@ impl<P: Product> Services<P> {
             }
             Announced::Expedited([1, ..], None | Some(1)) => Ok(()),
             Announced::Expedited(_, None | Some(1)) => Err(Abort::Value),
-            // Each client writes one byte in an expedited transfer.
+            // One byte needs no segments.
             Announced::Segmented(None | Some(1)) => Err(Abort::Access),
             _ => Err(Abort::TooLong),
         }

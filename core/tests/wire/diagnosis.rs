@@ -78,7 +78,7 @@ fn segment_with_the_bytes_of_the_index_belongs_to_its_transfer() {
     assert_eq!(t.exchange("60A#00415F0041414141"), ["58A#2000000000000000"]);
 }
 
-/// CiA 301 7.2.4.3.
+/// An initiate request ends it (CiA 301 7.2.4.3).
 #[test]
 fn request_for_5f00h_ends_the_running_transfer() {
     let mut t = canopen::booted();

@@ -110,8 +110,8 @@ fn has_article(product: &Product, wanted: &str) -> bool {
     product.articles().any(|article| article.is(wanted))
 }
 
-/// The memory in `path`, which is created if it does not exist. If it cannot be written, the memory says so from the start, and the
-/// sensor continues with its contents.
+/// The memory in `path`, which is created if it does not exist. If it cannot be written, the memory reports this from the start, and
+/// the sensor continues with its contents.
 fn open_store(geometry: Geometry, path: &Path) -> Result<Flash, Failure> {
     let unusable = |error| cannot(format!("use the store {}", path.display()))(error);
     // The opening of a pipe would wait without end.

@@ -93,7 +93,7 @@ fn save(control: &mut Control) -> (Value, String) {
 /// The file cannot be written because it has become a folder, and because the disk is full.
 #[cfg(target_os = "linux")]
 #[test]
-fn save_into_a_file_that_cannot_be_written_tells_the_reason() {
+fn save_into_a_file_that_cannot_be_written_reports_the_reason() {
     let store = new_path("unwritten.store");
     let name = text(&store);
     let (mut sensor, port) = start(&["--clock", "client", "--store", name]);
@@ -129,7 +129,7 @@ fn save_into_a_file_that_cannot_be_written_tells_the_reason() {
 
 #[cfg(unix)]
 #[test]
-fn save_into_a_store_that_was_unusable_at_the_start_tells_the_reason() {
+fn save_into_a_store_that_was_unusable_at_the_start_reports_the_reason() {
     let foreign = new_path("no-store");
     fs::write(&foreign, [b'x'; 5000]).expect("a folder");
     let (_sensor, port) = start(&["--clock", "client", "--store", text(&foreign)]);

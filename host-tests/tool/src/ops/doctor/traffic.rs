@@ -84,7 +84,7 @@ impl Traffic {
         Some((self.bits as f64 / bits.max(1.0) * 1e4).round() / 100.0)
     }
 
-    /// Whether most frames are repeated at once: nobody acknowledges their sender. Adapters hand over several frames together, so only the
+    /// Whether most frames are repeated at once: no node acknowledges their sender. Adapters hand over several frames together, so only the
     /// sum of the times counts.
     pub fn is_unacknowledged(&self) -> bool {
         let most = self.frames >= 10 && self.repeated * 10 >= self.frames * 9;
@@ -168,7 +168,7 @@ mod tests {
     #[test]
     fn frame_that_is_repeated_at_once_is_not_acknowledged() {
         // The adapter hands over what has come in each time of a block.
-        let told = |gap: u64, block: u64, rate| {
+        let is_repeated = |gap: u64, block: u64, rate| {
             let mut traffic = Traffic::default();
             for place in 0..100 {
                 let time = (place * gap).next_multiple_of(block);
@@ -178,9 +178,9 @@ mod tests {
         };
         let rate = Some(BitRate::K250);
         for block in [1, 1000, 5000] {
-            assert!(told(600, block, rate), "{block}");
-            assert!(!told(2000, block, rate), "{block}");
-            assert!(!told(600, block, None), "{block}");
+            assert!(is_repeated(600, block, rate), "{block}");
+            assert!(!is_repeated(2000, block, rate), "{block}");
+            assert!(!is_repeated(600, block, None), "{block}");
         }
         let mut busy = Traffic::default();
         for place in 0..100 {

@@ -116,7 +116,7 @@ fn doctor_finds_two_sensors_with_the_same_identifiers() {
 }
 
 #[test]
-fn errors_without_a_frame_are_told_with_and_without_a_bit_rate() {
+fn errors_without_a_frame_are_reported_with_and_without_a_bit_rate() {
     for arguments in ["", "--rate 250", "--active"] {
         let mut rig = Rig::new(BusRate::Fixed(BitRate::K250));
         for place in 0..60 {
