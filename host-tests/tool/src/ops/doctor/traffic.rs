@@ -14,6 +14,9 @@ const INTERVALS: usize = 8;
 /// The shortest interval of a cyclic message of one sender.
 const SHORTEST: u64 = millis(5).ticks();
 
+/// A longer time between two frames is a pause of their sender, and not of an adapter that hands over several frames together.
+const BLOCK: u64 = millis(100).ticks();
+
 /// An identifier on the bus.
 #[derive(Clone, Debug)]
 pub struct Identifier {
@@ -52,6 +55,7 @@ impl Traffic {
         self.bits += bits;
         if let (Some((last, own)), Some(rate)) = (self.last, rate)
             && own == *frame
+            && at.ticks().saturating_sub(last.ticks()) <= BLOCK
         {
             self.repeated += 1;
             self.waited += at.ticks().saturating_sub(last.ticks());
@@ -182,6 +186,13 @@ mod tests {
             assert!(!is_repeated(2000, block, rate), "{block}");
             assert!(!is_repeated(600, block, None), "{block}");
         }
+        let mut paused = Traffic::default();
+        for start in [0, 2_000_000] {
+            for place in 0..100 {
+                paused.take(at(start + place * 600), &frame(0x701, 0), 0, rate);
+            }
+        }
+        assert!(paused.is_unacknowledged());
         let mut busy = Traffic::default();
         for place in 0..100 {
             busy.take(at(place * 600), &frame(0x181, place as u8), 0, rate);
