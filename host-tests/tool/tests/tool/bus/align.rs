@@ -135,7 +135,7 @@ fn errors_that_have_ended_and_other_errors_prevent_no_measurement() {
         let last = rig.questions.last().expect("a question");
         let mounting = last.split_once("; mounting ").map(|(_, rest)| rest);
         let mounting = mounting.and_then(|rest| rest.split_once(' ')?.0.parse::<f64>().ok());
-        // The noise of the mean of both positions.
+        // The mean of both positions has noise.
         let is_right = mounting.is_some_and(|angle| (angle - 1.0).abs() < 0.03);
         assert!(is_right, "{product}: {last}");
     }
