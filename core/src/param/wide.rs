@@ -75,3 +75,39 @@ const fn ordered(data_type: DataType, value: u64) -> u64 {
         _ => value ^ SIGN,
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn value_outside_of_the_range_is_refused_by_its_side() {
+        let [count, _] = Parameter::new(ParameterId(0), "", DataType::U64).wide_within(5, 90, 7);
+        let [balance, _] = Parameter::new(ParameterId(0), "", DataType::I64).wide_within(-5, 90, 7);
+        let [scale, _] =
+            Parameter::new(ParameterId(0), "", DataType::Real64).wide_within(-5, 90, 7);
+        let bits = |number: f64| number.to_bits();
+        for (parameter, value, checked) in [
+            (&count, 4, Err(Refused::TooLow)),
+            (&count, 5, Ok(())),
+            (&count, 90, Ok(())),
+            (&count, 91, Err(Refused::TooHigh)),
+            (&count, 1 << 63, Err(Refused::TooHigh)),
+            (&count, u64::MAX, Err(Refused::TooHigh)),
+            (&balance, -6_i64 as u64, Err(Refused::TooLow)),
+            (&balance, -5_i64 as u64, Ok(())),
+            (&balance, 90, Ok(())),
+            (&balance, i64::MAX as u64, Err(Refused::TooHigh)),
+            (&balance, i64::MIN as u64, Err(Refused::TooLow)),
+            (&scale, bits(-5.1), Err(Refused::TooLow)),
+            (&scale, bits(-5.0), Ok(())),
+            (&scale, bits(-0.0), Ok(())),
+            (&scale, bits(90.0), Ok(())),
+            (&scale, bits(90.1), Err(Refused::TooHigh)),
+            (&scale, bits(f64::NAN), Err(Refused::NotPermitted)),
+        ] {
+            let limits = WideLimits::of(parameter).unwrap();
+            assert_eq!(limits.check(value), checked, "{value:#x}");
+        }
+    }
+}

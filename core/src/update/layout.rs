@@ -61,3 +61,20 @@ pub const NUCLEO_F446RE: Layout = Layout {
 
 /// All layouts.
 pub const LAYOUTS: [Layout; 3] = [BLUEPILL, NUCLEO_F103RB, NUCLEO_F446RE];
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn slots_and_boot_record_follow_each_other_without_a_gap() {
+        for layout in LAYOUTS {
+            let end = layout.start + layout.size as u32;
+            let second = layout.download.map(|start| {
+                assert_eq!(start, end, "{}", layout.name);
+                start + layout.size as u32
+            });
+            assert_eq!(layout.record, second.unwrap_or(end), "{}", layout.name);
+        }
+    }
+}

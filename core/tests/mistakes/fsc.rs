@@ -51,6 +51,13 @@ impl Table for Mast {
     plumbline::project!(parameters);
 }
 
+const SPARE: &[Field] = &[Field::described(Source::Value(FINE))];
+
+/// A function that reads, for tables with many codes.
+pub const fn spare(code: u8) -> Function {
+    Function::new(code, "Spare", Operation::Read).replying(SPARE)
+}
+
 pub struct Slope;
 
 impl Application for Slope {

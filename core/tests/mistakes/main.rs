@@ -167,6 +167,12 @@ const FSC: &[Mistake] = &[
     ("\"Own\", Operation::Own)", "\"Own\", Operation::Own).signed(b\"OWN\")", FUNCTIONS, CHANGED, "code 60h \"Own\": only the operations Load, Save and Alive have a signature"),
     ("code: 0x60,\n        serve", "code: 0x61,\n        serve", FUNCTIONS, Some("Function::new(0x60, \"Own\", Operation::Own)"), "code 60h \"Own\": OWN has no function for this code"),
     ("Function::new(0x60, \"Own\", Operation::Own),", "", FUNCTIONS, None, "code 60h \"OWN\": FUNCTIONS has no code with an own operation for it"),
+    // 240 rows from the first to the last code of each group, one too many.
+    ("Function::new(0x60, \"Own\", Operation::Own),", "Function::new(0x60, \"Own\", Operation::Own),
+        spare(0x0F), spare(0x1F), spare(0x2F), spare(0x30), spare(0x3F), spare(0x4F), spare(0x5F), spare(0x6F),
+        spare(0x70), spare(0x7F), spare(0x80), spare(0x8F), spare(0x90), spare(0x9F), spare(0xA0), spare(0xAF),
+        spare(0xB0), spare(0xBF), spare(0xC0), spare(0xCF), spare(0xD0), spare(0xDF), spare(0xE0), spare(0xEE),",
+        FUNCTIONS, None, "FUNCTIONS: there are too many codes"),
     ("sync_id: SYNC_ID", "sync_id: ParameterId(60)", FUNCTIONS, None, "ROLES: the table has no parameter 60"),
     ("0x7FF, factory", "0x800, factory", FUNCTIONS, Some("identifier(SET_ID, \"Set-ID\", 0x300)"), "parameter 0 \"Set-ID\": it permits a number that is no identifier"),
     ("\"Reply-ID\", 0x301", "\"Reply-ID\", 0x300", FUNCTIONS, CHANGED, "parameter 1 \"Reply-ID\": the identifiers of requests, replies and sync frames differ"),
@@ -206,6 +212,7 @@ const DEVICENET: &[Mistake] = &[
     ("persistence: Persistence::AtOnce,", "", ATTRIBUTES, Some("byte(MAC_ID, \"MAC ID\", 0, 63)"), "parameter 0 \"MAC ID\": a parameter is stored when it is written, or never"),
     ("\"MAST 1\"", "\"MAST\"", ATTRIBUTES, None, "IDENTITY: a product name has 5 to 32 characters"),
     ("\"MAST 1\"", "\"MAST 0123456789 0123456789 012345\"", ATTRIBUTES, None, "IDENTITY: a product name has 5 to 32 characters"),
+    ("product_code: 7", "product_code: 0", ATTRIBUTES, None, "IDENTITY: the product code is at least 1"),
     ("(1, 2)", "(1, 0)", ATTRIBUTES, None, "IDENTITY: the revision is 1 to 127, 1 to 255"),
     ("Published<2>", "Published<1>", ATTRIBUTES, Some("Quantity::new(FINE, \"Fine\", DataType::I32)"), "quantity 1: the application publishes fewer values"),
 ];

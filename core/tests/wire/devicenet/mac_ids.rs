@@ -3,7 +3,7 @@
 use crate::tester::devicenet::{LevelTester, allocated};
 use crate::tester::tiltix::tiltix080;
 use plumbline::can::{BitRate, standard};
-use plumbline::node::{Action, BusMode};
+use plumbline::node::{Action, BusMode, ProductNode};
 
 /// An identifier of group 2.
 fn group_2(mac: u16, message: u16) -> u16 {
@@ -39,6 +39,8 @@ fn has_identifiers(tester: &mut LevelTester, mac: u16) {
     assert_eq!(sent[1..], [format!("{change:03X}#D204C9FD")]);
     tester.exchange(&format!("{:03X}#", group_2(mac, 2)));
     assert_eq!(tester.wait_text(1000), [], "acknowledged");
+    // A driver takes another address without other filters for a disturbance.
+    assert_eq!(tester.node.halves().0.address(), Some(mac.into()));
     let check = send(tester, mac, 7, "00620102020304");
     let answer = format!("{:03X}#80620101020304", group_2(mac, 7));
     assert_eq!(check, [answer]);

@@ -2,6 +2,8 @@
 
 use crate::tester::gemac::*;
 use plumbline::fsc::Product;
+use plumbline::model::gemac::is2::TwoAxes;
+use plumbline::node::ProductNode;
 
 #[test]
 fn values_up_to_the_limits_are_accepted_and_read_back() {
@@ -301,6 +303,32 @@ fn written_identifiers_and_baud_rate_act_after_the_restart() {
         answers_sync(&mut unit);
     }
     each_product!(check);
+}
+
+/// A driver takes another address without other filters for a disturbance.
+#[test]
+fn address_of_the_node_depends_on_each_bit_of_the_identifiers() {
+    let mut unit = IS2.online::<TwoAxes>();
+    unit.accepts(BAUD_RATE, 6);
+    let mut with = |identifiers: [u32; 3]| {
+        for (place, value) in IDENTIFIERS.into_iter().zip(identifiers) {
+            unit.accepts(place, value);
+        }
+        unit.saves();
+        let values = unit.values.clone();
+        unit.power_cycle(&values);
+        unit.boots();
+        unit.tester.node.halves().0.address()
+    };
+    let identifiers = [0x155, 0x6AA, 0x2F0];
+    let address = with(identifiers);
+    for place in IDENTIFIERS {
+        for bit in 0..11 {
+            let mut changed = identifiers;
+            changed[place] ^= 1 << bit;
+            assert_ne!(with(changed), address, "identifier {place}, bit {bit}");
+        }
+    }
 }
 
 fn answers_sync<P: Product>(unit: &mut Unit<P>) {

@@ -116,6 +116,8 @@ fn second_entry_for_a_node_is_incompatible() {
     assert_eq!(t.write(0x1016, 1, 4, NODE_5), Ok(()));
     assert_eq!(t.write(0x1016, 1, 4, 0x0005_0065), Ok(()));
     assert_eq!(t.write(0x1016, 2, 4, 0x0100_0000), Err(0x0609_0031));
+    // A real number with the same bits is no entry.
+    assert_eq!(t.write(0x2202, 0, 4, 0x3F05_0001), Ok(()));
 }
 
 #[test]
