@@ -29,7 +29,7 @@ pub fn polls_with_bit_errors(rig: &mut Rig, ms: u64, name: &str) -> Option<u64> 
 
 /// Random errors in all that the accelerometer sends, with its noise, behind the fastest filter.
 #[test]
-#[ignore = "sweeps over faults of the chip: `.ci/run ignored`"]
+#[ignore = "sweeps over faults of the chip: `.ci/long ignored`"]
 fn random_bit_errors_are_reported_or_leave_the_angle_right() {
     // The probability of a wrong bit, and the latest report in ms.
     let rates = [(1e-2, 250), (1e-3, 400), (1e-4, 4_000), (1e-5, u64::MAX)];

@@ -91,7 +91,7 @@ fn assert_right(rig: &mut Rig) {
 }
 
 #[test]
-#[ignore = "another measuring element: `.ci/run ignored`"]
+#[ignore = "another measuring element: `.ci/long ignored`"]
 pub fn first_frame_comes_within_100_ms_with_a_right_angle() {
     let mut rig = is2(10.0, 5.0);
     rig.boot_up();
@@ -104,7 +104,7 @@ pub fn first_frame_comes_within_100_ms_with_a_right_angle() {
 
 /// The accuracy of GEMAC up to 60 deg is 0.05 deg. Here it is that of the conversion, with the noise.
 #[test]
-#[ignore = "another measuring element: `.ci/run ignored`"]
+#[ignore = "another measuring element: `.ci/long ignored`"]
 fn angles_are_right_at_each_clock_of_the_part() {
     for (clock, x, y) in [(0.0, 60.0, 0.0), (-5.0, -30.0, 45.0), (4.8, 0.0, -60.0)] {
         let mut rig = is2(x, y);
@@ -121,7 +121,7 @@ fn angles_are_right_at_each_clock_of_the_part() {
 }
 
 #[test]
-#[ignore = "another measuring element: `.ci/run ignored`"]
+#[ignore = "another measuring element: `.ci/long ignored`"]
 fn vibration_is_suppressed_and_the_cutoff_is_exact_at_each_clock_of_the_part() {
     for clock in [-5.0, 4.8] {
         let mut shaker = Shaker::new(|bus, motion| {
@@ -139,7 +139,7 @@ fn vibration_is_suppressed_and_the_cutoff_is_exact_at_each_clock_of_the_part() {
 }
 
 #[test]
-#[ignore = "another measuring element: `.ci/run ignored`"]
+#[ignore = "another measuring element: `.ci/long ignored`"]
 pub fn failure_is_reported_and_cleared_after_recovery() {
     let faults = [
         (Fault::Silent(0xFF), 200),
@@ -171,7 +171,7 @@ pub fn failure_is_reported_and_cleared_after_recovery() {
 
 /// An erase of a page stalls the processor for 40 ms, and the FIFO holds 32 ms.
 #[test]
-#[ignore = "another measuring element: `.ci/run ignored`"]
+#[ignore = "another measuring element: `.ci/long ignored`"]
 fn values_lost_in_an_erase_are_no_error_and_no_wrong_angle() {
     let mut rig = is2(10.0, 5.0);
     rig.boot_up();
@@ -192,7 +192,7 @@ fn values_lost_in_an_erase_are_no_error_and_no_wrong_angle() {
 }
 
 #[test]
-#[ignore = "another measuring element: `.ci/run ignored`"]
+#[ignore = "another measuring element: `.ci/long ignored`"]
 fn part_that_is_another_one_is_an_error_from_the_boot_up_messages_on() {
     // An ADXL359 has the same registers and another range.
     for number in [0xE9, 0x00] {
@@ -206,7 +206,7 @@ fn part_that_is_another_one_is_an_error_from_the_boot_up_messages_on() {
 }
 
 #[test]
-#[ignore = "another measuring element: `.ci/run ignored`"]
+#[ignore = "another measuring element: `.ci/long ignored`"]
 fn part_that_starts_badly_is_reset_again() {
     let mut rig = is2(10.0, 5.0);
     part(&mut rig).0.set_bad_starts(2);
@@ -228,7 +228,7 @@ fn stays_right(rig: &mut Rig, ms: u64, name: &str) {
 }
 
 #[test]
-#[ignore = "another measuring element: `.ci/run ignored`"]
+#[ignore = "another measuring element: `.ci/long ignored`"]
 pub fn disturbed_register_is_restored_without_a_wrong_angle() {
     let mut rig = is2(10.0, 5.0);
     rig.boot_up();
@@ -248,7 +248,7 @@ pub fn disturbed_register_is_restored_without_a_wrong_angle() {
 }
 
 #[test]
-#[ignore = "another measuring element: `.ci/run ignored`"]
+#[ignore = "another measuring element: `.ci/long ignored`"]
 fn random_bit_errors_are_reported_or_leave_the_angle_right() {
     // The probability of a wrong bit, and the latest report in ms.
     let rates = [(1e-2, 250), (1e-3, 400), (1e-4, 4_000), (1e-5, u64::MAX)];
@@ -269,7 +269,7 @@ fn random_bit_errors_are_reported_or_leave_the_angle_right() {
 
 /// An open line reads as FFh, because it has a pull-up. A short to ground for the end of a value and the begin of the next one is not found.
 #[test]
-#[ignore = "another measuring element: `.ci/run ignored`"]
+#[ignore = "another measuring element: `.ci/long ignored`"]
 fn line_that_is_open_for_a_moment_is_reported_or_leaves_the_angle_right() {
     let mut rig = is2(10.0, 5.0);
     rig.boot_up();
@@ -292,7 +292,7 @@ fn line_that_is_open_for_a_moment_is_reported_or_leaves_the_angle_right() {
 
 /// A calibration of this part with an offset of 0.1 g in X, or of the other one.
 #[test]
-#[ignore = "another measuring element: `.ci/run ignored`"]
+#[ignore = "another measuring element: `.ci/long ignored`"]
 fn calibration_of_another_part_is_not_used() {
     let calibration = Calibration::new([OFFSET_ONE_G / 10, 0, 0], [[0; 3]; 3], [0; 3]);
     let calibration = calibration.expect("within the ranges");
@@ -311,7 +311,7 @@ fn calibration_of_another_part_is_not_used() {
 }
 
 #[test]
-#[ignore = "another measuring element: `.ci/run ignored`"]
+#[ignore = "another measuring element: `.ci/long ignored`"]
 pub fn self_test_reports_the_working_axes() {
     for (works, register) in [(true, 0b110), (false, 0)] {
         let mut bench = jn2101::Bench::of(sensor("jn2101", blank(), Box::new(LEVEL)));
@@ -341,7 +341,7 @@ pub fn self_test_reports_the_working_axes() {
 }
 
 #[test]
-#[ignore = "another measuring element: `.ci/run ignored`"]
+#[ignore = "another measuring element: `.ci/long ignored`"]
 fn product_with_a_gyroscope_does_not_compile_with_this_part() {
     let error = firmware::build_for_element(board(), &["ims360"], "adxl355").unwrap_err();
     assert!(error.to_string().contains("cargo build"), "{error}");

@@ -4,7 +4,7 @@
 macro_rules! on {
     ($on:path: $($test:ident),+) => {
         $(#[test]
-        #[ignore = "another board or other silicon: `.ci/run ignored`"]
+        #[ignore = "another board or other silicon: `.ci/long ignored`"]
         fn $test() {
             $on(super::$test);
         })+

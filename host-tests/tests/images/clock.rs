@@ -142,13 +142,13 @@ fn nucleo_without_usb_starts_with_its_crystal() {
 }
 
 #[test]
-#[ignore = "another board: `.ci/run ignored`"]
+#[ignore = "another board: `.ci/long ignored`"]
 fn nucleo_f446_without_usb_starts_with_its_crystal() {
     on_the_nucleo(nucleo_without_usb_starts_with_its_crystal);
 }
 
 #[test]
-#[ignore = "another board: `.ci/run ignored`"]
+#[ignore = "another board: `.ci/long ignored`"]
 fn nucleo_f103_without_usb_starts_with_its_crystal() {
     on_the_nucleo_f103(nucleo_without_usb_starts_with_its_crystal);
 }

@@ -200,7 +200,7 @@ pub fn disturbed_bits_of_the_can_controller_are_restored() {
 
 /// The controller waits for the end of a dominant level, so nothing but the comparison restores it.
 #[test]
-#[ignore = "sweeps over faults of the chip: `.ci/run ignored`"]
+#[ignore = "sweeps over faults of the chip: `.ci/long ignored`"]
 pub fn disturbed_bits_of_a_can_controller_that_joins_the_bus_are_restored() {
     // RCC_APB1RSTR.CAN(1)RST.
     let reset = match chip() {
@@ -246,7 +246,7 @@ pub fn disturbed_bits_of_the_processor_are_restored() {
 }
 
 #[test]
-#[ignore = "sweeps over faults of the chip: `.ci/run ignored`"]
+#[ignore = "sweeps over faults of the chip: `.ci/long ignored`"]
 pub fn disturbed_bits_of_clocks_pins_and_timers_are_restored() {
     let inverted = each_bit(|address| !CAN.contains(&address) && !CORE.contains(&address));
     left_out::check(&inverted, &left_out::others());

@@ -108,7 +108,7 @@ fn answers(rig: &mut Rig) -> bool {
 
 /// The driver keeps what it restores. A disturbance inverts a bit of that, another one lets the driver restore the controller.
 #[test]
-#[ignore = "sweeps over faults of the chip: `.ci/run ignored`"]
+#[ignore = "sweeps over faults of the chip: `.ci/long ignored`"]
 pub fn inverted_bits_of_the_driver_do_not_get_into_the_controller() {
     let mut rig = Rig::booted("is2", RATE);
     rig.io().0.be_lenient();

@@ -10,7 +10,7 @@ macro_rules! also {
     ($on:path; $($module:ident: $($test:ident),+;)+) => {
         $(mod $module {
             $(#[test]
-            #[ignore = "another board or other silicon: `.ci/run ignored`"]
+            #[ignore = "another board or other silicon: `.ci/long ignored`"]
             fn $test() {
                 $on(crate::$module::$test);
             })+

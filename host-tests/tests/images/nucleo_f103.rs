@@ -62,7 +62,7 @@ also! {
 
 /// The build checks each image. On this board there is room for the log of each product; one of each family without `PLUMBLINE_LONG`.
 #[test]
-#[ignore = "another board or other silicon: `.ci/run ignored`"]
+#[ignore = "another board or other silicon: `.ci/long ignored`"]
 fn images_with_the_log_of_all_products_have_no_unsafe_instruction() {
     let all: Vec<&str> = catalog::bases().map(|product| product.name).collect();
     let names = effort::choose(vec!["is2", "jn2101", "ims360", "tiltix080"], all);

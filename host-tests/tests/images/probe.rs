@@ -63,7 +63,7 @@ fn says(log: &[Message], words: &str, value: &str) -> bool {
 }
 
 #[test]
-#[ignore = "an image with the log: `.ci/run ignored`"]
+#[ignore = "an image with the log: `.ci/long ignored`"]
 pub fn probe_reads_log_and_programs_sleeping_sensor_twice() {
     let elf = elf_with_log();
     let (mut rig, messages) = log(&elf, &silicon());
@@ -88,7 +88,7 @@ pub fn probe_reads_log_and_programs_sleeping_sensor_twice() {
 }
 
 #[test]
-#[ignore = "an image with the log: `.ci/run ignored`"]
+#[ignore = "an image with the log: `.ci/long ignored`"]
 fn probe_reads_log_after_each_connection() {
     let elf = elf_with_log();
     let (mut rig, first) = log(&elf, &silicon());
@@ -126,7 +126,7 @@ pub fn halt_in_an_erase_of_the_flash_only_delays_the_save() {
 
 /// With a probe that is connected before the supply is on, and over a reset by the supply.
 #[test]
-#[ignore = "an image with the log: `.ci/run ignored`"]
+#[ignore = "an image with the log: `.ci/long ignored`"]
 pub fn probe_reads_from_the_start_on() {
     let mut microcontroller = sensor(&elf_with_log(), &silicon());
     microcontroller.probe_connect();
@@ -146,7 +146,7 @@ pub fn probe_reads_from_the_start_on() {
 
 /// What keeps the port on in sleep mode: DBG_SLEEP in DBGMCU_CR, and the clock of the DMA controller.
 #[test]
-#[ignore = "an image with the log: `.ci/run ignored`"]
+#[ignore = "an image with the log: `.ci/long ignored`"]
 pub fn probe_does_not_read_without_the_clocks_that_the_program_restores() {
     let dma_clock = match chip() {
         Chip::F103 => (0x4002_1014, 1 << 0),
@@ -167,7 +167,7 @@ pub fn probe_does_not_read_without_the_clocks_that_the_program_restores() {
 }
 
 #[test]
-#[ignore = "an image with the log: `.ci/run ignored`"]
+#[ignore = "an image with the log: `.ci/long ignored`"]
 fn log_names_the_microcontroller() {
     let elf = elf_with_log();
     let clone = "the microcontroller is not one of ST";

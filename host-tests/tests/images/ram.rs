@@ -95,7 +95,7 @@ fn assert_answers(rig: &mut Rig, place: &str) {
 }
 
 #[test]
-#[ignore = "sweeps over faults of the chip: `.ci/run ignored`"]
+#[ignore = "sweeps over faults of the chip: `.ci/long ignored`"]
 pub fn inverted_bit_of_a_static_variable_leaves_no_mute_sensor() {
     let mut rig = running();
     let statics = rig.microcontroller().image().statics();
@@ -148,7 +148,7 @@ pub fn inverted_bit_of_the_address_after_a_start_leaves_no_mute_sensor() {
 
 /// Otherwise the next frame would come after hours.
 #[test]
-#[ignore = "sweeps over faults of the chip: `.ci/run ignored`"]
+#[ignore = "sweeps over faults of the chip: `.ci/long ignored`"]
 pub fn inverted_bit_of_the_time_does_not_stop_the_cyclic_frames() {
     let parameters: [&[u8]; 3] = [
         &[fsc::WRITE_BAUD_RATE, baud_rate_code(RATE)],

@@ -167,7 +167,7 @@ fn warning_stays_cleared_over_a_reset() {
 }
 
 #[test]
-#[ignore = "takes minutes of simulated time: `.ci/run ignored`"]
+#[ignore = "takes minutes of simulated time: `.ci/long ignored`"]
 fn warning_of_the_image_is_cleared_within_minutes_and_stays_cleared_over_a_reset() {
     let mut bench = Bench::of_image("is2tk", recording("reset-image.csv", &[(0, 50.0)]));
     let seconds = bench.warning_becomes(false);

@@ -104,7 +104,7 @@ fn power_cut_in_an_update_of_3_kib_leaves_the_bootloader_or_the_new_program() {
 }
 
 #[test]
-#[ignore = "sweeps over faults of the chip: `.ci/run ignored`"]
+#[ignore = "sweeps over faults of the chip: `.ci/long ignored`"]
 fn power_cut_in_an_update_of_40_kib_leaves_the_bootloader_or_the_new_program() {
     power_cut_in(LARGE, effort::choose(20_000, 97));
 }
@@ -112,7 +112,7 @@ fn power_cut_in_an_update_of_40_kib_leaves_the_bootloader_or_the_new_program() {
 /// After a first cut in each kind of operation: the invalidation, the erase of the first page and of another one, the first, a middle and the
 /// last half-word, the commit.
 #[test]
-#[ignore = "sweeps over faults of the chip: `.ci/run ignored`"]
+#[ignore = "sweeps over faults of the chip: `.ci/long ignored`"]
 fn power_cut_in_the_repair_leaves_the_bootloader_or_the_new_program() {
     let files = programs(SMALL);
     let [old, new] = &files;

@@ -262,7 +262,7 @@ fn check(rig: &Rig) {
 }
 
 #[test]
-#[ignore = "needs the image of a further product: `.ci/run ignored`"]
+#[ignore = "needs the image of a further product: `.ci/long ignored`"]
 fn image_of_is1_is_found_set_backed_up_restored_and_zeroed() {
     Case {
         product: "is1",
@@ -277,7 +277,7 @@ fn image_of_is1_is_found_set_backed_up_restored_and_zeroed() {
 }
 
 #[test]
-#[ignore = "needs the image of a further product: `.ci/run ignored`"]
+#[ignore = "needs the image of a further product: `.ci/long ignored`"]
 fn image_of_is2_is_found_set_backed_up_restored_and_zeroed() {
     Case {
         product: "is2",
@@ -306,7 +306,7 @@ fn image_of_jn2101_is_found_set_backed_up_restored_and_zeroed() {
 }
 
 #[test]
-#[ignore = "needs the image of a further product: `.ci/run ignored`"]
+#[ignore = "needs the image of a further product: `.ci/long ignored`"]
 fn image_of_ims360_is_found_set_backed_up_restored_and_zeroed() {
     Case {
         product: "ims360",
@@ -321,7 +321,7 @@ fn image_of_ims360_is_found_set_backed_up_restored_and_zeroed() {
 }
 
 #[test]
-#[ignore = "needs the image of a further product: `.ci/run ignored`"]
+#[ignore = "needs the image of a further product: `.ci/long ignored`"]
 fn image_of_ims360_in_j1939_is_found_set_backed_up_restored_and_zeroed() {
     Case {
         product: "ims360",
@@ -336,7 +336,7 @@ fn image_of_ims360_in_j1939_is_found_set_backed_up_restored_and_zeroed() {
 }
 
 #[test]
-#[ignore = "needs the image of a further product: `.ci/run ignored`"]
+#[ignore = "needs the image of a further product: `.ci/long ignored`"]
 fn image_of_tiltix_is_found_set_backed_up_restored_and_zeroed() {
     Case {
         product: "tiltix080",
@@ -352,7 +352,7 @@ fn image_of_tiltix_is_found_set_backed_up_restored_and_zeroed() {
 
 /// The second sensor is aligned afterwards: a mounting of X = 1 deg, Y = -0.5 deg on a surface of X = 2 deg, Y = 1.5 deg.
 #[test]
-#[ignore = "needs the image of a further product: `.ci/run ignored`"]
+#[ignore = "needs the image of a further product: `.ci/long ignored`"]
 fn images_of_two_products_are_commissioned_and_aligned() {
     let mut rig = Rig::new(BusRate::Fixed(RATE));
     rig.says_yes = true;

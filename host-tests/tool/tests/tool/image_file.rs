@@ -121,7 +121,7 @@ fn hex_file_with_bootloader_and_program_starts_on_the_bluepill() {
 }
 
 #[test]
-#[ignore = "other boards: `.ci/run ignored`"]
+#[ignore = "other boards: `.ci/long ignored`"]
 fn hex_file_with_bootloader_and_program_starts_on_the_nucleos() {
     hex_file_starts(Board::NucleoF103);
     hex_file_starts(Board::NucleoF446);

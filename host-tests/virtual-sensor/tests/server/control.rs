@@ -108,7 +108,7 @@ fn repaired_accelerometer_measures_again() {
 }
 
 #[test]
-#[ignore = "another measuring element: `.ci/run ignored`"]
+#[ignore = "another measuring element: `.ci/long ignored`"]
 fn fault_that_the_adxl355_of_an_image_cannot_have_is_refused() {
     let built = firmware::build_for_element(Board::BluePill, &["is2"], "adxl355");
     let built = built.expect("it builds");

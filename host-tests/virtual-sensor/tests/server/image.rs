@@ -95,7 +95,7 @@ fn flashed_image_answers_like_host_build() {
 
 #[cfg(unix)]
 #[test]
-#[ignore = "other boards: `.ci/run ignored`"]
+#[ignore = "other boards: `.ci/long ignored`"]
 fn flashed_images_of_the_nucleos_answer_like_host_build() {
     [Board::NucleoF103, Board::NucleoF446]
         .into_iter()

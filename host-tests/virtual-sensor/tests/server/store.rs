@@ -186,7 +186,7 @@ fn truncated_store_is_damaged_memory() {
 /// The store of the Nucleo has two sectors of 16 KiB; a shorter one is the start of the first sector.
 #[cfg(unix)]
 #[test]
-#[ignore = "another board: `.ci/run ignored`"]
+#[ignore = "another board: `.ci/long ignored`"]
 fn image_for_the_nucleo_keeps_the_parameters_of_a_short_store() {
     let store = new_path("sectors.store");
     let mut sensor = Sensor::start(&["--store", text(&store)]);

@@ -37,7 +37,7 @@ const CHECKS: [(&str, Check); 8] = [
 ];
 
 #[test]
-#[ignore = "needs Chromium for half a minute: `.ci/run ignored`"]
+#[ignore = "needs Chromium for half a minute: `.ci/long ignored`"]
 fn page_passes_its_checks_in_a_browser() {
     let Some(browser) = Browser::start() else {
         return;
