@@ -155,3 +155,33 @@ impl Default for Boot<'_> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn calibration_of_another_part_is_removed() {
+        let own = Calibration::new([1, 2, 3], [[0; 3]; 3], [0; 3])
+            .unwrap()
+            .of(Part::Adxl355);
+        for (calibration, part, fits) in [
+            (own, Part::Adxl355, true),
+            (own, Part::Ism330dhcx, false),
+            (Calibration::IDENTITY, Part::Adxl355, true),
+            (Calibration::IDENTITY, Part::Ism330dhcx, true),
+        ] {
+            let mut boot = Boot {
+                calibration,
+                ..Boot::default()
+            };
+            assert_eq!(boot.fit(part), fits);
+            let kept = if fits {
+                calibration
+            } else {
+                Calibration::IDENTITY
+            };
+            assert_eq!(boot.calibration, kept);
+        }
+    }
+}

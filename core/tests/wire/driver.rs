@@ -229,6 +229,18 @@ fn frame_waits_until_parameters_of_earlier_write_are_applied() {
     assert_eq!(rig.sent(), ["301#1702D00701"]);
 }
 
+/// The request waits for the values of the write, and is answered only after the save. The turn that handles it begins the save.
+#[test]
+fn save_that_waited_for_earlier_write_begins_in_the_same_turn() {
+    let mut rig = is2();
+    rig.receive(WRITE);
+    rig.receive(SAVE);
+    assert_eq!(rig.board.saves, 0);
+    rig.turn();
+    assert_eq!(rig.board.saves, 1);
+    assert_eq!(rig.sent(), ["301#2702"]);
+}
+
 #[test]
 fn frame_is_discarded_while_controller_leaves_bus_and_waits_while_it_joins() {
     let mut rig = Rig::<Jn2101>::new(&());
@@ -378,6 +390,29 @@ fn filters_change_on_bus_if_controller_can_and_is_not_in_bus_off() {
         let bus = rig.driver.controller();
         assert_eq!((bus.refilters, bus.opened.len()), expected);
     }
+}
+
+/// A frame is queued, and a mailbox is free, when the next frame is received: it does not wait for the answer. But no frame has an address that
+/// the received frame takes.
+#[test]
+fn queued_frame_is_sent_before_the_next_frame_is_handled_unless_it_takes_the_address() {
+    let mut rig = Rig::<Jn2101>::online(&());
+    rig.memory.with(|link| link.mailboxes().is_busy = true);
+    rig.receive("60A#4001100000000000");
+    rig.memory.with(|link| link.mailboxes().is_busy = false);
+    // The reset of the communication discards what is queued.
+    rig.receive("000#820A");
+    assert_eq!(rig.sent(), ["58A#4F01100000000000", "70A#00"]);
+
+    let mut rig = ims360();
+    rig.driver.controller_mut().refilters = Some(0);
+    rig.memory.with(|link| link.mailboxes().is_busy = true);
+    rig.receive("18EA8001#00EE00");
+    rig.memory.with(|link| link.mailboxes().is_busy = false);
+    rig.receive(LOWER);
+    assert!(rig.sent().is_empty());
+    rig.turn();
+    assert_eq!(rig.sent(), ["18EEFF81#0000E0FF00910080"]);
 }
 
 /// The claim is on the bus when a node with a lower NAME takes its address. It is aborted on reception, and ends in a bit error while the
