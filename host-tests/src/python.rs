@@ -126,6 +126,8 @@ fn install(python: &Path, file: &str, options: &[&str]) -> Result<(), String> {
         "install",
         "--quiet",
         "--disable-pip-version-check",
+        // Python compiles what a test imports.
+        "--no-compile",
     ]);
     pip.args(options);
     pip.args(["--retries", "10", "--timeout", "60", "--requirement"]);
