@@ -45,7 +45,7 @@ errors! {
         MacId(mac: u8): Silent "no-answer" = "MAC ID {mac} does not answer: `plumbline scan` finds the sensor",
             "MAC ID {mac} antwortet nicht: {NOT_FOUND_DE}", "MAC ID {mac} does not answer: {NOT_FOUND}";
         Bootloader: Silent "no-answer" = "the bootloader does not answer: `plumbline update` with the address of the sensor continues",
-            "der Bootloader antwortet nicht: Wählen Sie oben Bitrate und Adresse des Sensors, der wartet, und drücken Sie Programm laden",
+            "der Bootloader antwortet nicht: Wählen Sie oben Bitrate und Adresse des Sensors, der wartet, und drücken Sie Firmware aktualisieren",
             "the bootloader does not answer: choose bit rate and address of the waiting sensor above, and press Update firmware";
         Selection: Silent "no-answer" = "no node has answered to the selection by LSS: does another node have the same identity (1018h)?",
             "kein Knoten hat auf die Auswahl durch LSS geantwortet: Hat ein anderer Knoten dieselbe Identität (1018h)?";
