@@ -167,7 +167,7 @@ const FSC: &[Mistake] = &[
     ("\"Own\", Operation::Own)", "\"Own\", Operation::Own).signed(b\"OWN\")", FUNCTIONS, CHANGED, "code 60h \"Own\": only the operations Load, Save and Alive have a signature"),
     ("code: 0x60,\n        serve", "code: 0x61,\n        serve", FUNCTIONS, Some("Function::new(0x60, \"Own\", Operation::Own)"), "code 60h \"Own\": OWN has no function for this code"),
     ("Function::new(0x60, \"Own\", Operation::Own),", "", FUNCTIONS, None, "code 60h \"OWN\": FUNCTIONS has no code with an own operation for it"),
-    // 240 rows from the first to the last code of each group, one too many.
+    // The groups need 240 rows, one too many: each has those from its first to its last code.
     ("Function::new(0x60, \"Own\", Operation::Own),", "Function::new(0x60, \"Own\", Operation::Own),
         spare(0x0F), spare(0x1F), spare(0x2F), spare(0x30), spare(0x3F), spare(0x4F), spare(0x5F), spare(0x6F),
         spare(0x70), spare(0x7F), spare(0x80), spare(0x8F), spare(0x90), spare(0x9F), spare(0xA0), spare(0xAF),

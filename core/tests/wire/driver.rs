@@ -392,15 +392,13 @@ fn filters_change_on_bus_if_controller_can_and_is_not_in_bus_off() {
     }
 }
 
-/// A frame is queued, and a mailbox is free, when the next frame is received: it does not wait for the answer. But no frame has an address that
-/// the received frame takes.
+/// A received frame can discard the queue, as a reset of the communication does. A claim can take the address that the queued frame has.
 #[test]
 fn queued_frame_is_sent_before_the_next_frame_is_handled_unless_it_takes_the_address() {
     let mut rig = Rig::<Jn2101>::online(&());
     rig.memory.with(|link| link.mailboxes().is_busy = true);
     rig.receive("60A#4001100000000000");
     rig.memory.with(|link| link.mailboxes().is_busy = false);
-    // The reset of the communication discards what is queued.
     rig.receive("000#820A");
     assert_eq!(rig.sent(), ["58A#4F01100000000000", "70A#00"]);
 

@@ -39,7 +39,7 @@ fn has_identifiers(tester: &mut LevelTester, mac: u16) {
     assert_eq!(sent[1..], [format!("{change:03X}#D204C9FD")]);
     tester.exchange(&format!("{:03X}#", group_2(mac, 2)));
     assert_eq!(tester.wait_text(1000), [], "acknowledged");
-    // A driver takes another address without other filters for a disturbance.
+    // If the address changes and the filters do not, a driver restarts the sensor.
     assert_eq!(tester.node.halves().0.address(), Some(mac.into()));
     let check = send(tester, mac, 7, "00620102020304");
     let answer = format!("{:03X}#80620101020304", group_2(mac, 7));

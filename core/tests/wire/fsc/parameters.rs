@@ -305,7 +305,7 @@ fn written_identifiers_and_baud_rate_act_after_the_restart() {
     each_product!(check);
 }
 
-/// A driver takes another address without other filters for a disturbance.
+/// If the address changes and the filters do not, a driver restarts the sensor.
 #[test]
 fn address_of_the_node_depends_on_each_bit_of_the_identifiers() {
     let mut unit = IS2.online::<TwoAxes>();
