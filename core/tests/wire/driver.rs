@@ -229,18 +229,6 @@ fn frame_waits_until_parameters_of_earlier_write_are_applied() {
     assert_eq!(rig.sent(), ["301#1702D00701"]);
 }
 
-/// The request waits for the values of the write, and is answered only after the save. The turn that handles it begins the save.
-#[test]
-fn save_that_waited_for_earlier_write_begins_in_the_same_turn() {
-    let mut rig = is2();
-    rig.receive(WRITE);
-    rig.receive(SAVE);
-    assert_eq!(rig.board.saves, 0);
-    rig.turn();
-    assert_eq!(rig.board.saves, 1);
-    assert_eq!(rig.sent(), ["301#2702"]);
-}
-
 #[test]
 fn frame_is_discarded_while_controller_leaves_bus_and_waits_while_it_joins() {
     let mut rig = Rig::<Jn2101>::new(&());
