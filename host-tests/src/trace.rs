@@ -37,12 +37,13 @@
 //!
 //! A line between frames acts after the end of the frame in the line before it.
 //!
-//! A new trace has only `T` lines and lines with `#`. `UPDATE=1 cargo test -p host-tests --test images traces` adds the `R` lines
+//! A new trace has only `T` lines and lines with `#`. `UPDATE=1 cargo test -p host-tests --test sensor traces::` adds the `R` lines
 //! ([`Trace::record`]); compare them with the manual.
 
 mod difference;
 mod parse;
 mod record;
+pub mod recorded;
 mod replay;
 
 pub use difference::Difference;

@@ -58,5 +58,6 @@ mod tiltix_network;
 mod timing;
 #[cfg(target_os = "linux")]
 mod traces;
+mod two_nodes;
 mod unit;
 mod vibration;

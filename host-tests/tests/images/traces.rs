@@ -1,20 +1,12 @@
-//! Replays each recorded trace in `host-tests/traces`: the core and the images of Blue Pill and Nucleo-F446RE send the same bytes.
-//!
-//! The traces of a product can also be beside it, in its folder in `core/src/model`.
-//!
-//! `UPDATE=1 cargo test -p host-tests --test images traces` writes the frames of the core into the traces. A new trace has only the frames
-//! of the tester, the `T` lines.
+//! Replays each recorded trace on the images of Blue Pill and Nucleo-F446RE: they send the bytes of the core, which
+//! `tests/sensor/traces.rs` replays.
 
 use crate::rig::*;
-use bench::motion::Motion;
-use bench::scene::{Axes, Scene, SceneArgument};
 use bench::{Bus, BusRate, Device, Flash, NodeType, Sensor};
 use host_tests::effort;
-use host_tests::trace::{Failure, Trace};
-use plumbline::model::catalog::{PRODUCTS, bases};
+use host_tests::trace::{Trace, recorded};
+use plumbline::model::catalog::PRODUCTS;
 use plumbline::time::{Duration, Instant};
-use std::path::{Path, PathBuf};
-use std::sync::Once;
 use stm32_sim::cortex_m::interruption::Interruptions;
 
 /// Maximum additional delay of an image: it handles a deadline at the next tick of its clock, and an event in the next run of its main
@@ -30,90 +22,6 @@ fn delay(product: &str) -> Duration {
 
 /// The noise of the gyroscope in the mean of a reading, which has 4 values: 1.5 / 4.17 of a count of 35 mdps, in the finest unit of the outputs.
 const NOISE: u16 = 13;
-
-/// The traces of a product, up to date with `UPDATE=1`.
-fn traces(product: &str) -> Vec<PathBuf> {
-    static UPDATED: Once = Once::new();
-    if std::env::var_os("UPDATE").is_some() {
-        UPDATED.call_once(|| all_traces().iter().for_each(|path| record(path)));
-    }
-    let start = format!("{product}-");
-    let named = |path: &PathBuf| {
-        let name = path.file_name().unwrap_or_default();
-        name.to_string_lossy().starts_with(&start)
-    };
-    all_traces().into_iter().filter(named).collect()
-}
-
-fn all_traces() -> Vec<PathBuf> {
-    let host_tests = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let mut folders = vec![host_tests.join("traces")];
-    let mut traces = Vec::new();
-    let models = host_tests.join("../core/src/model").read_dir();
-    let models = models.expect("the folder of the products");
-    folders.extend(models.map(|entry| entry.expect("an entry of the folder").path()));
-    for folder in folders.into_iter().filter(|path| path.is_dir()) {
-        let entries = folder.read_dir().expect("a folder of traces");
-        let paths = entries.map(|entry| entry.expect("an entry of the folder").path());
-        let is_trace = |path: &PathBuf| path.extension().is_some_and(|end| end == "log");
-        traces.extend(paths.filter(is_trace));
-    }
-    traces.sort();
-    traces
-}
-
-/// Writes the frames of the core into a trace.
-fn record(path: &Path) {
-    let text = std::fs::read_to_string(path).expect("a trace");
-    let name = path.display();
-    let trace: Trace = text
-        .parse()
-        .unwrap_or_else(|error| panic!("{name}: {error}"));
-    let recorded = Trace::record(&text, &node_type(&trace.model), &scene);
-    let recorded = recorded.unwrap_or_else(|error| panic!("{name}: {error}"));
-    if recorded != text {
-        std::fs::write(path, recorded).expect("the trace can be written");
-    }
-}
-
-fn scene(node_type: &NodeType, text: &str) -> Result<Box<dyn Motion>, String> {
-    let argument: SceneArgument = text.parse().map_err(|error| format!("{error}"))?;
-    let scene =
-        Scene::open(Some(&argument), Axes::of(node_type)).map_err(|error| error.to_string())?;
-    Ok(Box::new(scene))
-}
-
-/// Replays all traces of a product, and fails with the differences of all.
-fn check(product: &'static str, replay: impl Fn(Trace) -> Result<(), Failure>) {
-    let mut failures = Vec::new();
-    for path in traces(product) {
-        let text = std::fs::read_to_string(&path).expect("a trace");
-        let name = path.display();
-        let trace: Trace = text
-            .parse()
-            .unwrap_or_else(|error| panic!("{name}: {error}"));
-        assert_eq!(trace.model, product, "{name}");
-        if let Err(failure) = replay(trace) {
-            failures.push(format!("{name}:\n{failure}"));
-        }
-    }
-    assert!(failures.is_empty(), "{}", failures.join("\n"));
-}
-
-#[test]
-fn core_passes_the_traces_of_each_product() {
-    for product in bases() {
-        assert!(
-            !traces(product.name).is_empty(),
-            "{} has no trace",
-            product.name
-        );
-    }
-    for product in PRODUCTS {
-        let node_type = node_type(product.name);
-        check(product.name, |trace| trace.replay(&node_type, &scene));
-    }
-}
 
 /// The time in which an image that detects the bit rate is ready.
 const READY: Duration = ms(200);
@@ -159,9 +67,9 @@ fn image_passes(product: &'static str) {
         (Some(core), Some(own)) => own - core,
         _ => READY,
     };
-    check(product, |mut trace| {
+    recorded::check(product, |mut trace: Trace| {
         trace.loosen(delay(product), NOISE);
-        trace.replay_on(&node_type, &scene, boot, &of_image)
+        trace.replay_on(&node_type, &recorded::scene, boot, &of_image)
     });
     let places = interruptions.places();
     let count: usize = places.values().sum();

@@ -1,5 +1,5 @@
-//! The complete sensor built for the PC: its store with power cuts, its measuring path against reference numbers, random input, two
-//! nodes on one bus, and the documents of the products.
+//! The complete sensor built for the PC: its store with power cuts, its measuring path against reference numbers, random input, the
+//! recorded traces, and the documents of the products.
 
 mod any_input;
 mod bit_rate;
@@ -22,7 +22,7 @@ mod store_records;
 mod store_units;
 mod store_usage;
 mod trace;
-mod two_nodes;
+mod traces;
 mod usage;
 mod vibration;
 mod warm_up;

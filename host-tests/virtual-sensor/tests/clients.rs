@@ -7,8 +7,6 @@ use std::fs;
 use std::io::{Write, stderr};
 use std::path::Path;
 use std::process::Command;
-use stm32_sim::board::Board;
-use stm32_sim::image_file;
 
 /// Runs a check with the virtual sensor.
 #[track_caller]
@@ -48,24 +46,6 @@ fn python_canopen_uses_jn2101_and_ims360() {
         "canopen_client.py",
         &["can", "canopen", "serial"],
         &["--sheets", &sheets],
-    );
-}
-
-#[test]
-fn python_canopen_loads_a_program_by_blocks_and_in_segments() {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("update-client");
-    fs::create_dir_all(&folder).expect("a folder");
-    let image = folder.join("jn2101.plu");
-    let file = image_file::small(catalog::find("jn2101").expect("a product"), 1);
-    fs::write(&image, file.expect("a file")).expect("a file");
-    let built = stm32_sim::firmware::build(Board::BluePill, &["bootloader"]).expect("it builds");
-    let text = |path: &Path| path.to_str().expect("a path in UTF-8").to_owned();
-    let (bootloader, image) = (text(&built["bootloader"]), text(&image));
-    let arguments = ["--bootloader", &bootloader, "--image", &image];
-    check(
-        "update_client.py",
-        &["can", "canopen", "serial"],
-        &arguments,
     );
 }
 

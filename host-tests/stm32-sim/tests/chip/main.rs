@@ -1,6 +1,4 @@
-//! The simulated chip against other judges: register descriptions of the makers, sampled instructions, and small programs.
+//! The simulated chip against other judges: register descriptions of the makers, and sampled instructions.
 
-mod cyccnt;
-mod memory_functions;
 mod registers;
 mod thumb;

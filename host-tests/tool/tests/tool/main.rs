@@ -4,17 +4,14 @@
 //! - [`serve`]: the server of the page, without a browser
 //! - [`page_modules`]: the modules of the page, in node
 //! - [`browser`]: what only a browser can show
-//! - [`image`]: the commands against images on the simulated microcontroller
-//! - [`image_file`]: image files of updates
-//! - [`update`]: updates of images behind a bootloader
 //! - [`process`]: the program as a process
 
 mod browser;
 mod bus;
-mod image;
-mod image_file;
 mod key;
 mod page_modules;
 mod process;
 mod serve;
-mod update;
+
+// The helpers that the test `images` also has.
+use bus::rig;

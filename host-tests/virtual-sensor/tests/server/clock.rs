@@ -1,24 +1,11 @@
 //! Clients that advance the time (`--clock client`).
 
-use crate::process::client::{BEL, BOOT_UP, Client, POLL, QUIET, REPLY};
+use crate::process::client::{BEL, BOOT_UP, Client, POLL, QUIET, REPLY, advance};
 use crate::process::sensor::Sensor;
 use std::net::TcpStream;
 
 /// The start of a cyclic frame of the is2.
 const CYCLIC: &str = "t301800";
-
-/// Advances the time by at most this span in us; returns the lines before the answer, and the time in us.
-pub fn advance(client: &mut Client<TcpStream>, span: u64) -> (Vec<String>, u64) {
-    client.say(&format!("@{span:X}"));
-    let mut lines = Vec::new();
-    loop {
-        let line = client.next().expect("an answer");
-        match line.strip_prefix('@') {
-            Some(time) => return (lines, u64::from_str_radix(time, 16).expect("a time")),
-            None => lines.push(line),
-        }
-    }
-}
 
 /// Sends a line and advances the time until the first frame with this beginning; returns the time of that frame and of the clock.
 fn advance_to(client: &mut Client<TcpStream>, line: &str, beginning: &str) -> (u64, u64) {

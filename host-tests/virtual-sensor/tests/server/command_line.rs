@@ -1,9 +1,8 @@
 //! The command line: the values of the options, the files that they name, and the errors of the program for wrong values.
 
-use crate::image::image;
 use crate::process::client::Client;
 use crate::process::sensor::Sensor;
-use crate::{assert_fails, new_path, text};
+use crate::process::{assert_fails, new_path, text};
 use plumbline::model::catalog::{PRODUCTS, Protocol};
 use std::fs;
 
@@ -84,17 +83,24 @@ fn unusable_files_are_named() {
     assert_fails(&["--log", nowhere], 1, &["cannot write the log", nowhere]);
     let read = "cannot read the firmware image";
     assert_fails(&["--elf", nowhere], 1, &[read, nowhere]);
-    let built = fs::read(image("is2")).expect("it was just built");
-    // Machine 62 is x86-64; the other file has its first segment in RAM (ELF-32: header of 52 bytes, p_paddr at 12).
-    let machine = [&built[..18], &[62, 0], &built[20..]].concat();
-    let ram = [&built[..64], &[0, 0, 0, 0x20], &built[68..]].concat();
-    for (name, bytes, words) in [
-        ("garbage.elf", b"no image".to_vec(), "not an ELF file"),
-        ("machine.elf", machine, "another processor"),
-        ("ram.elf", ram, "0x20000000"),
+    let path = new_path("garbage.elf");
+    fs::write(&path, "no image").expect("a folder");
+    assert_fails(
+        &["--elf", text(&path)],
+        1,
+        &[read, text(&path), "not an ELF file"],
+    );
+}
+
+#[test]
+fn wrong_fault_lists_valid_values() {
+    let values = "silent, frozen, stopped, zero, axis-x, axis-y, axis-z or clipping";
+    for fault in [
+        "accelerometer",
+        "accelerometer=dead",
+        "accelerometer=zero@-1",
+        "silent",
     ] {
-        let path = new_path(name);
-        fs::write(&path, bytes).expect("a folder");
-        assert_fails(&["--elf", text(&path)], 1, &[read, text(&path), words]);
+        assert_fails(&["--fault", fault], 2, &[fault, values]);
     }
 }

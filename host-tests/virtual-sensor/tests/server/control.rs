@@ -1,43 +1,11 @@
 //! Clients that control the sensor (`--control`).
 
-use crate::image::image_for;
+use crate::process::assert_fails;
 use crate::process::client::{BOOT_UP, Client, POLL, REPLY};
 use crate::process::control::{Control, start};
 use crate::process::sensor::Sensor;
-use crate::{assert_fails, text};
 use serde_json::{Value, json};
 use std::net::Shutdown;
-use stm32_sim::board::Board;
-use stm32_sim::firmware;
-
-/// An is2 that has sent its boot-up messages: built for the PC, and as the image for the Blue Pill.
-fn awake() -> impl Iterator<Item = (Sensor, Control)> {
-    let image = image_for(Board::BluePill, "is2");
-    let image = image.to_str().expect("a path in UTF-8").to_owned();
-    [vec![], vec!["--elf".to_owned(), image]]
-        .into_iter()
-        .map(|own| {
-            let own: Vec<&str> = own.iter().map(String::as_str).collect();
-            let common = ["--clock", "client", "--scene", "tilt=3,4"];
-            let (sensor, port) = start(&[&common[..], &own].concat());
-            let mut control = Control::connect(port);
-            let (_, answer) = control.ask(r#"{"do":"subscribe","events":["frames","state"]}"#);
-            assert!(answer["ok"].is_object(), "{answer}");
-            control.answer("300#00", "301#FF");
-            (sensor, control)
-        })
-}
-
-/// X and Y of a poll in 0.01 deg.
-#[track_caller]
-fn poll(control: &mut Control) -> (i16, i16) {
-    let data = control.answer("300#00", "301#00");
-    let value = |at: usize| {
-        let value = u16::from_str_radix(&data[at..at + 4], 16).expect("hexadecimal");
-        value.swap_bytes() as i16
-    };
-    (value(2), value(6))
-}
 
 #[test]
 fn dialogs_of_readme_are_those_of_the_program() {
@@ -61,113 +29,6 @@ fn dialogs_of_readme_are_those_of_the_program() {
         }
     }
     assert!(dialogs > 4);
-}
-
-#[test]
-fn sensor_follows_its_motion() {
-    for (_sensor, mut control) in awake() {
-        let near = |(x, y): (i16, i16), to: (i16, i16)| {
-            assert!(
-                (x - to.0).abs() <= 4 && (y - to.1).abs() <= 4,
-                "{x},{y} {to:?}"
-            );
-        };
-        control.ok(&json!({ "do": "tilt", "x": -12.5, "y": 30 }));
-        control.frames(1.5);
-        near(poll(&mut control), (-1250, 3000));
-        let turn = json!({ "do": "rate", "x": 10, "y": -5, "seconds": 2 });
-        assert_eq!(control.ok(&turn)["to"], json!([7.5, 20.0]));
-        control.frames(4.0);
-        near(poll(&mut control), (750, 2000));
-        let csv = "t_s,ax_g,ay_g,az_g\n0,0,0,1\n1,-0.5,0,0.8660254\n";
-        control.ok(&json!({ "do": "scene", "csv": csv }));
-        control.frames(3.0);
-        near(poll(&mut control), (3000, 0));
-        control.ok(&json!({ "do": "temperature", "celsius": 61.5 }));
-        control.ok(&json!({ "do": "supply", "volts": 9.5 }));
-        let state = control.ok(&json!({ "do": "state" }));
-        assert_eq!(state["temperature"], 61.5);
-        assert_eq!(state["supply"], 9.5);
-    }
-}
-
-#[test]
-fn repaired_accelerometer_measures_again() {
-    for (_sensor, mut control) in awake() {
-        for fault in ["silent", "stopped", "frozen", "zero", "axis-z", "clipping"] {
-            control.ok(&json!({ "do": "accelerometer", "fault": fault }));
-            control.frames(2.0);
-            let bad = control.answer("300#00", "301#00");
-            assert_ne!(&bad[..2], "03", "{fault}");
-            control.ok(&json!({ "do": "accelerometer", "fault": null }));
-            control.frames(2.0);
-            let good = control.answer("300#00", "301#00");
-            assert_eq!(&good[..2], "03", "{fault}");
-        }
-    }
-}
-
-#[test]
-#[ignore = "another measuring element: `.ci/long ignored`"]
-fn fault_that_the_adxl355_of_an_image_cannot_have_is_refused() {
-    let built = firmware::build_for_element(Board::BluePill, &["is2"], "adxl355");
-    let built = built.expect("it builds");
-    let image = ["--elf", text(&built["is2"])];
-    let (_sensor, port) = start(&[&["--clock", "client"], &image[..]].concat());
-    let mut control = Control::connect(port);
-    for fault in ["silent", "stopped", "frozen"] {
-        let request = json!({ "do": "accelerometer", "fault": fault });
-        let (_, answer) = control.ask(&request.to_string());
-        let error = format!("the ADXL355 of the simulated board has no fault {fault}");
-        assert_eq!(answer, json!({ "error": error }));
-    }
-    control.ok(&json!({ "do": "accelerometer", "fault": "zero" }));
-}
-
-#[test]
-fn memory_keeps_what_was_saved_before_its_faults() {
-    for (_sensor, mut control) in awake() {
-        // Cyclic time 20 ms (25h), SAVE.
-        let save = |control: &mut Control| control.answer("300#5053415645", "301#50");
-        control.answer("300#251400", "301#25");
-        let good = save(&mut control);
-        control.frames(0.1);
-        let before = control.ok(&json!({ "do": "image" }));
-        control.ok(&json!({ "do": "memory", "fault": "programming" }));
-        control.answer("300#251E00", "301#25");
-        assert_ne!(save(&mut control), good);
-        let after = control.ok(&json!({ "do": "image" }));
-        assert_eq!(before["parameters"], after["parameters"]);
-        control.ok(&json!({ "do": "memory", "fault": null }));
-        control.ok(&json!({ "do": "cut-in-save", "operations": 2, "seed": 7 }));
-        control.ok(&json!({ "do": "send", "frame": "300#5053415645" }));
-        control.frames(0.3);
-        let state = control.ok(&json!({ "do": "state" }));
-        assert_eq!((&state["on"], &state["boots"]), (&json!(false), &json!(1)));
-        control.ok(&json!({ "do": "power", "on": true }));
-        control.frames(0.1);
-        control.answer("300#00", "301#FF");
-        assert_eq!(&control.answer("300#15", "301#15")[2..6], "1400");
-        control.answer("300#251E00", "301#25");
-        save(&mut control);
-        control.ok(&json!({ "do": "damage" }));
-        assert_eq!(control.ok(&json!({ "do": "image" }))["damaged"], true);
-    }
-}
-
-#[test]
-fn sensor_goes_bus_off_and_returns() {
-    for (_sensor, mut control) in awake() {
-        control.ok(&json!({ "do": "bus-off" }));
-        control.ok(&json!({ "do": "send", "frame": "300#00" }));
-        let (events, _) = control.ask(r#"{"do":"advance","seconds":0.1}"#);
-        let states: Vec<&Value> = events.iter().map(|event| &event["bus"]).collect();
-        let bus_off = json!("bus-off");
-        assert!(states.contains(&&bus_off), "{events:?}");
-        control.ok(&json!({ "do": "restart" }));
-        control.frames(0.1);
-        control.answer("300#00", "301#FF");
-    }
 }
 
 #[test]

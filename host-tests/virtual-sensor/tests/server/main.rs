@@ -1,51 +1,18 @@
 //! The program `virtual-sensor`: its command line, its files, its output, its end, and its clients on TCP and on the pseudoterminal.
 
+mod both;
 mod clock;
 mod command_line;
 mod control;
-mod fault;
-mod image;
 mod on;
-mod opening;
 mod output;
 mod process;
 mod several;
 mod slcan_pty;
 mod slcan_tcp;
 mod store;
-mod update;
 
-use process::sensor::fails;
-use std::fs;
-use std::path::{Path, PathBuf};
-
-/// A path for a file of this test, which does not exist yet.
-fn new_path(name: &str) -> PathBuf {
-    let path = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(name);
-    // Fails if it does not exist.
-    let _ = fs::remove_file(&path);
-    path
-}
-
-fn text(path: &Path) -> &str {
-    path.to_str().expect("a path in UTF-8")
-}
-
-/// Asserts that the program exits with this code and one sentence that contains these words.
-#[track_caller]
-fn assert_fails(arguments: &[&str], code: i32, words: &[&str]) {
-    let output = fails(arguments);
-    let error = String::from_utf8_lossy(&output.stderr);
-    assert_eq!(output.status.code(), Some(code), "{arguments:?}: {error}");
-    for word in words {
-        assert!(
-            error.contains(word),
-            "{arguments:?}: {error:?} lacks {word:?}"
-        );
-    }
-    assert!(
-        !error.contains("panicked") && !error.contains("RUST_BACKTRACE"),
-        "{error}"
-    );
-    assert!(output.stdout.is_empty(), "{arguments:?}");
+/// The options of what runs in the virtual sensor: the model built for the PC. In the test `images` it is an image.
+fn firmware(_model: &str) -> Vec<String> {
+    Vec::new()
 }

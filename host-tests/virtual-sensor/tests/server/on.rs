@@ -1,6 +1,6 @@
 //! A sensor on the bus of an adapter (`--on`): another virtual sensor with its clients, or an adapter that does as a test says.
 
-use crate::assert_fails;
+use crate::process::assert_fails;
 use crate::process::client::{Client, POLL, REPLY};
 use crate::process::sensor::{PATIENCE, Sensor};
 use std::io::{BufRead, BufReader, Write};

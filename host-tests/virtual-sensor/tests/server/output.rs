@@ -2,7 +2,7 @@
 
 use crate::process::client::Client;
 use crate::process::sensor::{self, Killed, PATIENCE, Sensor};
-use crate::{new_path, text};
+use crate::process::{new_path, text};
 use host_tests::python;
 use std::fs;
 use std::io::Read;

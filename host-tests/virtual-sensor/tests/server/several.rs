@@ -1,7 +1,7 @@
 //! Several sensors on one bus.
 
 use crate::process::control::{Control, start};
-use crate::{assert_fails, new_path, text};
+use crate::process::{assert_fails, new_path, text};
 use serde_json::{Value, json};
 
 #[test]

@@ -1,13 +1,11 @@
 //! The file of the nonvolatile memory.
 
-use crate::image::image_for;
 use crate::process::client::{BEL, Client};
 use crate::process::control::{Control, start};
 use crate::process::sensor::Sensor;
-use crate::{assert_fails, new_path, text};
+use crate::process::{assert_fails, new_path, text};
 use serde_json::{Value, json};
 use std::fs;
-use stm32_sim::board::Board;
 
 #[test]
 fn save_is_written_to_store_file() {
@@ -181,34 +179,4 @@ fn truncated_store_is_damaged_memory() {
     client.say("t300102");
     // EEPROMError, and factory values.
     assert_eq!(client.find("t301202"), "t30120207");
-}
-
-/// The store of the Nucleo has two sectors of 16 KiB; a shorter one is the start of the first sector.
-#[cfg(unix)]
-#[test]
-#[ignore = "another board: `.ci/long ignored`"]
-fn image_for_the_nucleo_keeps_the_parameters_of_a_short_store() {
-    let store = new_path("sectors.store");
-    let mut sensor = Sensor::start(&["--store", text(&store)]);
-    let mut client = Client::awake(&sensor);
-    // The cyclic time, 777 ms.
-    client.say("t3003250903");
-    client.find("t301225");
-    client.say("t30055053415645");
-    assert_eq!(client.find("t301250"), "t30125002");
-    assert_eq!(sensor.interrupt(), Some(0));
-    assert_eq!(fs::read(&store).expect("it is there").len(), 2048);
-
-    let image = image_for(Board::NucleoF446, "is2");
-    for _ in 0..2 {
-        let mut sensor = Sensor::start(&["--elf", text(&image), "--store", text(&store)]);
-        let mut client = Client::awake(&sensor);
-        client.say("t300115");
-        assert_eq!(client.find("t301415"), "t301415020903");
-        client.say("t30055053415645");
-        client.find("t301250");
-        assert_eq!(sensor.interrupt(), Some(0));
-        assert_eq!(sensor.errors(), "");
-        assert_eq!(fs::read(&store).expect("it is there").len(), 32_768);
-    }
 }

@@ -1,7 +1,8 @@
 //! `align`: the offset of the mounting by the reversal.
 
 use super::j1939;
-use super::rig::{Ended, Rig, broken, tilt};
+use super::rig::run::Ended;
+use super::rig::{Rig, broken, tilt};
 use bench::Bus;
 use bench::motion::Motion;
 use plumbline::measure::{I32x3, ONE_G, Reading};

@@ -3,7 +3,8 @@
 mod fastscan;
 mod refused;
 
-use super::rig::{Ended, Rig, file};
+use super::rig::run::Ended;
+use super::rig::{Rig, file};
 use bench::{Bus, BusRate, DeviceId};
 use plumbline::can::BitRate;
 use plumbline::time::{after, millis};

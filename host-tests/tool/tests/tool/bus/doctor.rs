@@ -1,6 +1,7 @@
 //! `doctor`: a bus without a fault, and each fault.
 
-use super::rig::{Ended, Rig};
+use super::rig::Rig;
+use super::rig::run::Ended;
 use super::talking::cyclic;
 use bench::{Bus, BusRate};
 use plumbline::can::{BitRate, Frame, standard};

@@ -3,7 +3,8 @@
 use super::bit_rate::kbits;
 use super::cyclic::devicenet::{POLL, own};
 use super::cyclic::{send, texts};
-use super::rig::{Ended, Rig};
+use super::rig::Rig;
+use super::rig::run::Ended;
 use super::scan::silent;
 use plumbline::can::{BitRate, Frame, standard};
 use plumbline::time::{Instant, after, millis};

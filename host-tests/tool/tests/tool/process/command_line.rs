@@ -1,7 +1,8 @@
 //! The command line: its help and its errors.
 
+use super::elf::program_behind_a_bootloader;
 use super::sensor::plumbline;
-use crate::image_file::program_for_an_update;
+
 use clap::CommandFactory;
 use plumbline_tool::cli::Cli;
 use serde_json::Value;
@@ -221,7 +222,8 @@ fn every_command_ends_quietly_if_nobody_reads_its_output() {
     assert!(plumbline("demo:is2", &set).status.success());
     let sides = "up,ax_g,ay_g,az_g,temp_c\n+x,1,0,0,25\n-x,-1,0,0,25\n+y,0,1,0,25\n-y,0,-1,0,25\n+z,0,0,1,25\n-z,0,0,-1,25\n";
     std::fs::write(folder.join("sides.csv"), sides).expect("a file");
-    std::fs::copy(program_for_an_update(), folder.join("is2.elf")).expect("a file");
+    let program = program_behind_a_bootloader();
+    std::fs::write(folder.join("is2.elf"), program).expect("a file");
     std::fs::write(folder.join("plan.toml"), PLAN).expect("a file");
     std::fs::write(folder.join("bus.log"), "(1.5) can0 000#0100\n").expect("a file");
     let others = [("", "man", 0), ("", "--help", 0), ("", "get --help", 0)];

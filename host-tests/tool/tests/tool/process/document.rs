@@ -1,8 +1,9 @@
 //! The examples of the document of the tool.
 
 use super::command_line::PLAN;
+use super::elf::program_behind_a_bootloader;
 use super::sensor::no_config;
-use crate::image_file::program_for_an_update;
+
 use clap::CommandFactory;
 use plumbline_tool::cli::Cli;
 use std::path::PathBuf;
@@ -46,7 +47,8 @@ fn every_command_line_of_the_document_works() {
         "[[send]]\nframe = \"70A#05\"\nevery = 1000\n\n[[send]]\nframe = \"80#\"\nevery = 10\n";
     std::fs::write(folder.join("plc.toml"), list).expect("a file");
     std::fs::write(folder.join("plan.toml"), PLAN).expect("a file");
-    std::fs::copy(program_for_an_update(), folder.join("is2.elf")).expect("a file");
+    let program = program_behind_a_bootloader();
+    std::fs::write(folder.join("is2.elf"), program).expect("a file");
     for line in documented() {
         // A search of all identifiers takes 41 s; the server of the page runs until it is stopped.
         if line.contains("--search") || line.contains("serve") {
@@ -56,7 +58,7 @@ fn every_command_line_of_the_document_works() {
         if line.contains("bridge ") {
             continue;
         }
-        // The demonstration has no bootloader: `crate::update` has one.
+        // The demonstration has no bootloader: the test `images` has one.
         if line.starts_with("update") {
             continue;
         }

@@ -6,6 +6,7 @@
 mod bridge;
 mod command_line;
 mod document;
+mod elf;
 mod exchange;
 #[cfg(unix)]
 mod mosquitto;

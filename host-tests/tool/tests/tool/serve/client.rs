@@ -1,6 +1,6 @@
 //! A client of HTTP that sends any bytes, and a server for it.
 
-use crate::serve::fast_bus;
+use super::fast_bus;
 use plumbline_tool::cli::Options;
 use plumbline_tool::serve::calibration::Unit;
 use plumbline_tool::serve::job::Opener;

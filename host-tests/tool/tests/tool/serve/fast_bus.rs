@@ -3,7 +3,7 @@
 //! The time of the bus passes only while the tool waits for it, so the load of the computer changes no result. It is slowed down only to
 //! leave the processor to others while the tool polls a sensor without an end.
 
-use crate::serve::hooked::{Hook, Hooked, Received, paced};
+use super::hooked::{Hook, Hooked, Received, paced};
 use adapter::Adapter;
 use plumbline::time::Instant;
 use plumbline_tool::error::Error;

@@ -17,6 +17,7 @@ mod hooked;
 mod identity;
 mod j1939;
 mod owner;
+mod plugged;
 mod scan;
 mod stand_in;
 mod stream;

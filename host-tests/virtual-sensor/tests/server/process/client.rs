@@ -198,3 +198,16 @@ impl Client<TcpStream> {
             .expect("a socket");
     }
 }
+
+/// Advances the time by at most this span in us; returns the lines before the answer, and the time in us.
+pub fn advance(client: &mut Client<TcpStream>, span: u64) -> (Vec<String>, u64) {
+    client.say(&format!("@{span:X}"));
+    let mut lines = Vec::new();
+    loop {
+        let line = client.next().expect("an answer");
+        match line.strip_prefix('@') {
+            Some(time) => return (lines, u64::from_str_radix(time, 16).expect("a time")),
+            None => lines.push(line),
+        }
+    }
+}

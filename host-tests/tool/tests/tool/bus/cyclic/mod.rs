@@ -6,7 +6,8 @@ mod invalid;
 mod power;
 
 use super::files::file;
-use super::rig::{Ended, Rig};
+use super::rig::Rig;
+use super::rig::run::Ended;
 use plumbline::can::{Frame, standard};
 use plumbline::time::millis;
 

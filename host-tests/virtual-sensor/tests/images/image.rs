@@ -1,9 +1,10 @@
 //! Firmware images: of the right model, damaged, and as a sensor on the bus.
 
-use crate::clock::advance;
-use crate::process::client::Client;
+use crate::process::client::{Client, advance};
+use crate::process::control::{Control, start};
 use crate::process::sensor::{PATIENCE, Sensor};
-use crate::{assert_fails, new_path, text};
+use crate::process::{assert_fails, new_path, text};
+use serde_json::json;
 use std::fs;
 use std::path::PathBuf;
 use std::time::Instant;
@@ -134,4 +135,71 @@ fn answers_like_host_build(board: Board) {
         .collect();
     assert!(stamps.len() > 2 && stamps.is_sorted(), "{log}");
     assert!(stamps.iter().all(|at| *at <= now.as_secs_f64() + 1.0));
+}
+
+#[test]
+fn image_for_another_processor_or_address_is_named() {
+    let built = fs::read(image("is2")).expect("it was just built");
+    // Machine 62 is x86-64; the other file has its first segment in RAM (ELF-32: header of 52 bytes, p_paddr at 12).
+    let machine = [&built[..18], &[62, 0], &built[20..]].concat();
+    let ram = [&built[..64], &[0, 0, 0, 0x20], &built[68..]].concat();
+    for (name, bytes, words) in [
+        ("machine.elf", machine, "another processor"),
+        ("ram.elf", ram, "0x20000000"),
+    ] {
+        let path = new_path(name);
+        fs::write(&path, bytes).expect("a folder");
+        assert_fails(
+            &["--elf", text(&path)],
+            1,
+            &["cannot read the firmware image", text(&path), words],
+        );
+    }
+}
+
+#[test]
+#[ignore = "another measuring element: `.ci/long ignored`"]
+fn fault_that_the_adxl355_of_an_image_cannot_have_is_refused() {
+    let built = firmware::build_for_element(Board::BluePill, &["is2"], "adxl355");
+    let built = built.expect("it builds");
+    let image = ["--elf", text(&built["is2"])];
+    let (_sensor, port) = start(&[&["--clock", "client"], &image[..]].concat());
+    let mut control = Control::connect(port);
+    for fault in ["silent", "stopped", "frozen"] {
+        let request = json!({ "do": "accelerometer", "fault": fault });
+        let (_, answer) = control.ask(&request.to_string());
+        let error = format!("the ADXL355 of the simulated board has no fault {fault}");
+        assert_eq!(answer, json!({ "error": error }));
+    }
+    control.ok(&json!({ "do": "accelerometer", "fault": "zero" }));
+}
+
+/// The store of the Nucleo has two sectors of 16 KiB; a shorter one is the start of the first sector.
+#[cfg(unix)]
+#[test]
+#[ignore = "another board: `.ci/long ignored`"]
+fn image_for_the_nucleo_keeps_the_parameters_of_a_short_store() {
+    let store = new_path("sectors.store");
+    let mut sensor = Sensor::start(&["--store", text(&store)]);
+    let mut client = Client::awake(&sensor);
+    // The cyclic time, 777 ms.
+    client.say("t3003250903");
+    client.find("t301225");
+    client.say("t30055053415645");
+    assert_eq!(client.find("t301250"), "t30125002");
+    assert_eq!(sensor.interrupt(), Some(0));
+    assert_eq!(fs::read(&store).expect("it is there").len(), 2048);
+
+    let image = image_for(Board::NucleoF446, "is2");
+    for _ in 0..2 {
+        let mut sensor = Sensor::start(&["--elf", text(&image), "--store", text(&store)]);
+        let mut client = Client::awake(&sensor);
+        client.say("t300115");
+        assert_eq!(client.find("t301415"), "t301415020903");
+        client.say("t30055053415645");
+        client.find("t301250");
+        assert_eq!(sensor.interrupt(), Some(0));
+        assert_eq!(sensor.errors(), "");
+        assert_eq!(fs::read(&store).expect("it is there").len(), 32_768);
+    }
 }

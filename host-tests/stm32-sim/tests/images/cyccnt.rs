@@ -1,5 +1,5 @@
 //! Runs the image `cyccnt`, which measures instruction sequences on a board, and prints the figures of the simulator:
-//! `cargo test -p stm32-sim --test chip cyccnt -- --nocapture`.
+//! `cargo test -p stm32-sim --test images cyccnt -- --nocapture`.
 
 use bench::{Flash, Sensor};
 use plumbline::measure::Reading;

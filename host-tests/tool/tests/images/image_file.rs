@@ -1,7 +1,7 @@
 //! `plumbline image`: the image file of an update from the ELF file of a program.
 
-use crate::bus::rig::{Rig, tilted};
-use crate::process::sensor::{document, plumbline};
+use crate::rig::{Rig, tilted};
+use crate::sensor::{document, plumbline};
 use bench::{BusRate, Flash};
 use ihex::Record;
 use plumbline::can::BitRate;
@@ -22,7 +22,7 @@ fn path(name: &str) -> PathBuf {
 }
 
 /// The ELF file of the is2 behind the bootloader.
-pub fn program_for_an_update() -> PathBuf {
+fn program_for_an_update() -> PathBuf {
     let mut built = build_behind_bootloader(Board::BluePill, &["is2"]).expect("it builds");
     built.remove("is2").expect("the program")
 }

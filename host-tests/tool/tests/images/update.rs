@@ -2,7 +2,7 @@
 
 mod hardware;
 
-use crate::bus::rig::{Rig, tilted};
+use crate::rig::{Rig, tilted};
 use bench::{BusRate, Flash};
 use host_tests::effort;
 use plumbline::can::BitRate;

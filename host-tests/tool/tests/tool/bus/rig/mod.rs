@@ -1,9 +1,7 @@
 //! A simulated bus with sensors, the program, and a witness that listens.
 
 mod adapter;
-mod run;
-
-pub use run::Ended;
+pub mod run;
 
 use ::adapter::Mode;
 use ::adapter::bench::SharedBus;

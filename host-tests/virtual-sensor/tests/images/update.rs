@@ -1,9 +1,9 @@
 //! An update of a sensor with `--bootloader` and `--key`.
 
-use crate::clock::advance;
-use crate::process::client::Client;
+use crate::process::client::{Client, advance};
 use crate::process::sensor::Sensor;
-use crate::{assert_fails, new_path, text};
+use crate::process::{assert_fails, new_path, text};
+use host_tests::python;
 use plumbline::model::catalog::find;
 use std::fs;
 use std::net::TcpStream;
@@ -150,4 +150,19 @@ fn key_without_a_bootloader_that_checks_signatures_is_refused() {
     assert_fails(&line, 2, &["--features signature"]);
     fs::write(&path, [1; 57]).expect("a folder");
     assert_fails(&line, 2, &["is not a public key of 56 bytes"]);
+}
+
+#[test]
+fn python_canopen_loads_a_program_by_blocks_and_in_segments() {
+    let image = new_path("jn2101.plu");
+    let file = image_file::small(find("jn2101").expect("a product"), 1);
+    fs::write(&image, file.expect("a file")).expect("a file");
+    let built = firmware::build(Board::BluePill, &["bootloader"]).expect("it builds");
+    let arguments = [
+        ["--virtual-sensor", env!("CARGO_BIN_EXE_virtual-sensor")],
+        ["--bootloader", text(&built["bootloader"])],
+        ["--image", text(&image)],
+    ];
+    let modules = ["can", "canopen", "serial"];
+    python::run("update_client.py", &modules, &arguments.concat());
 }

@@ -3,7 +3,7 @@
 //! Each image is found, changed, stored, backed up, restored and zeroed as a user does it. The microcontroller then reports no
 //! violation of its reference manual.
 
-use crate::bus::rig::{Rig, file, tilt, tilted};
+use crate::rig::{Rig, file, tilt, tilted};
 use bench::scene::{Axes, Scene};
 use bench::stage::Stage;
 use bench::{Bus, BusRate, DeviceId, Flash};
