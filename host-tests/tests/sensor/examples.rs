@@ -1,4 +1,4 @@
-//! The examples of core send the documented frames. `core/tests/mistakes` has an example that does not compile.
+//! The examples of core send the documented frames. `host-tests/tests/mistakes` has an example that does not compile.
 
 use std::path::Path;
 use std::process::Command;

@@ -1,7 +1,6 @@
 //! A sensor that is not in the catalogue and uses public items only: the requirements of CiA 301 for each CANopen device.
 
 mod consumers;
-#[path = "../../mistakes/dynamic.rs"]
 mod dynamic;
 mod groups;
 mod product;

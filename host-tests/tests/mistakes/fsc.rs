@@ -9,7 +9,7 @@ use plumbline::prelude::*;
 
 include!(concat!(
     env!("CARGO_MANIFEST_DIR"),
-    "/tests/mistakes/idle.rs"
+    "/../core/tests/wire/stranger/idle.rs"
 ));
 
 plumbline::ids! { pub ParameterId:

@@ -381,7 +381,11 @@ fn each_mistake_of_a_listing_is_an_error_at_its_expression_that_names_the_entry(
 
 #[test]
 fn each_mistake_of_a_dynamic_mapping_is_an_error_at_its_table_with_the_line_of_the_row() {
-    check("dynamic", include_str!("dynamic.rs"), DYNAMIC);
+    check(
+        "dynamic",
+        include_str!("../../../core/tests/wire/stranger/dynamic.rs"),
+        DYNAMIC,
+    );
 }
 
 #[test]
@@ -401,7 +405,7 @@ fn each_mistake_of_a_j1939_product_is_an_error_at_its_table_with_the_line_of_the
 
 #[test]
 fn article_number_with_small_letters_does_not_compile() {
-    let article = include_str!("../../examples/new_article.rs");
+    let article = include_str!("../../../core/examples/new_article.rs");
     assert_eq!(compile("article", article), "");
     let mistaken = article.replacen("XX-00030-01", "xx-00030-01", 1);
     let errors = compile("article_mistaken", &mistaken);

@@ -2,8 +2,8 @@
 
 use crate::compile_with;
 
-const ONE_THREAD: &str = include_str!("../../examples/driver_one_thread.rs");
-const TWO_PRIORITIES: &str = include_str!("../../examples/driver_two_priorities.rs");
+const ONE_THREAD: &str = include_str!("../../../core/examples/driver_one_thread.rs");
+const TWO_PRIORITIES: &str = include_str!("../../../core/examples/driver_two_priorities.rs");
 
 /// Texts of an example, and the other texts in their place.
 type Changes = &'static [(&'static str, &'static str)];

@@ -12,7 +12,7 @@ use plumbline::store::unit::NAME;
 
 include!(concat!(
     env!("CARGO_MANIFEST_DIR"),
-    "/tests/mistakes/idle.rs"
+    "/../core/tests/wire/stranger/idle.rs"
 ));
 
 plumbline::ids! { pub ParameterId:
