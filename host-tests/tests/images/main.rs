@@ -61,3 +61,4 @@ mod traces;
 mod two_nodes;
 mod unit;
 mod vibration;
+mod warm_up;

@@ -6,7 +6,7 @@ use plumbline::canopen::{Absent, ErrorHistory, Group, LssTable, Object, Product,
 use plumbline::model::listing::{self, Adjustment, Article, Guide, Resolution, Written};
 use plumbline::prelude::*;
 
-include!(concat!(env!("CARGO_MANIFEST_DIR"), "/../core/tests/wire/stranger/idle.rs"));
+include!(concat!(env!("CARGO_MANIFEST_DIR"), "/tests/wire/stranger/idle.rs"));
 
 plumbline::ids! { pub ParameterId: NODE_ID, BIT_RATE, LIMIT, TPDO(4) }
 plumbline::ids! { pub ValueId: SLOPE, RATE }

@@ -7,7 +7,7 @@ use plumbline::prelude::*;
 
 include!(concat!(
     env!("CARGO_MANIFEST_DIR"),
-    "/../core/tests/wire/stranger/idle.rs"
+    "/tests/wire/stranger/idle.rs"
 ));
 
 plumbline::ids! { pub ParameterId: MAC_ID, BAUD_RATE, BUS_OFF, POLLED, CYCLIC, DELTA, LIMIT }

@@ -8,7 +8,7 @@ use plumbline::prelude::*;
 
 include!(concat!(
     env!("CARGO_MANIFEST_DIR"),
-    "/../core/tests/wire/stranger/idle.rs"
+    "/tests/wire/stranger/idle.rs"
 ));
 
 plumbline::ids! { pub ParameterId: ADDRESS, RATE, PRIORITY, MANUFACTURER }

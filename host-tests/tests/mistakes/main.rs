@@ -7,6 +7,8 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::{env, fs};
 
+const CORE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../core");
+
 /// The macro of each table, whose line the error shows.
 const PARAMETERS: &str = "plumbline::project!(parameters);";
 const OBJECTS: &str = "plumbline::project!(objects);";
@@ -292,7 +294,9 @@ fn compile_with(name: &str, product: &str, lints: &str) -> String {
     fs::write(&file, product).unwrap();
     let libraries = libraries();
     let output = Command::new(env::var_os("RUSTC").unwrap_or_else(|| "rustc".into()))
-        .current_dir(env!("CARGO_MANIFEST_DIR"))
+        .current_dir(CORE)
+        // The products include a file of core.
+        .env("CARGO_MANIFEST_DIR", CORE)
         .args([
             "--edition=2024",
             "--crate-type=lib",

@@ -21,7 +21,7 @@ mod store_faults;
 mod store_records;
 mod store_units;
 mod store_usage;
-mod trace;
+mod trace_runner;
 mod traces;
 mod usage;
 mod vibration;

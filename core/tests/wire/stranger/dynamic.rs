@@ -1,5 +1,5 @@
 //! A product with CANopen whose TPDOs have a free COB-ID and a dynamic mapping, with LSS, own objects and numbers of 64 bits, without
-//! mistakes. The tests replace one text of this file and compile it. The wire tests run it.
+//! mistakes. The wire tests run it; `host-tests/tests/mistakes` replaces one text of this file and compiles it.
 
 use plumbline::can::BitRate;
 use plumbline::canopen::dictionary::Access;
@@ -12,7 +12,7 @@ use plumbline::store::unit::NAME;
 
 include!(concat!(
     env!("CARGO_MANIFEST_DIR"),
-    "/../core/tests/wire/stranger/idle.rs"
+    "/tests/wire/stranger/idle.rs"
 ));
 
 plumbline::ids! { pub ParameterId:

@@ -7,7 +7,7 @@
 //! ```sh
 //! cargo bluepill cyccnt                                          # on a Blue Pill with a probe, figures in the log (RTT)
 //! cargo nucleo cyccnt                                            # on a Nucleo-F446RE
-//! cargo test -p stm32-sim --test images cyccnt -- --nocapture      # in the simulator
+//! cargo test -p stm32-sim --test images cyccnt -- --nocapture    # in the simulator
 //! ```
 //!
 //! A figure is the difference of two reads of CYCCNT around the sequence; the row `empty` has no instruction in between. The

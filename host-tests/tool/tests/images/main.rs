@@ -9,7 +9,7 @@ mod image_file;
 mod page;
 mod update;
 
-// What the other tests have for a bus, a server and the program. They also use the rest of it.
+// Helpers of the test `tool`, which uses all of them.
 #[allow(dead_code)]
 #[path = "../tool/serve/client.rs"]
 mod client;

@@ -81,7 +81,8 @@ fn page_modules_pass_their_tests_in_node() {
         .output()
         .expect("node starts");
     let out = String::from_utf8_lossy(&run.stdout);
-    assert!(run.status.success(), "{out}");
+    let errors = String::from_utf8_lossy(&run.stderr);
+    assert!(run.status.success(), "{out}\n{errors}");
     let passed = out.lines().find_map(|line| line.strip_prefix("# pass "));
     let passed: Option<u32> = passed.and_then(|number| number.parse().ok());
     assert!(passed >= Some(FEWEST), "{passed:?} {out}");

@@ -6,12 +6,20 @@ mod update;
 // The same as with the model built for the PC.
 #[path = "../server/both/mod.rs"]
 mod both;
-#[allow(dead_code)] // the other tests use the rest
+// The test `server` uses all of it.
+#[allow(dead_code)]
 #[path = "../server/process/mod.rs"]
 mod process;
 
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+use std::sync::LazyLock;
+use stm32_sim::board::Board;
+use stm32_sim::firmware::build;
+
 /// The options for the image of a product for the Blue Pill.
 fn firmware(model: &str) -> Vec<String> {
-    let image = image::image(model);
-    ["--elf".to_owned(), process::text(&image).to_owned()].into()
+    static BUILT: LazyLock<BTreeMap<String, PathBuf>> =
+        LazyLock::new(|| build(Board::BluePill, &["is2", "jn2101"]).expect("it builds"));
+    ["--elf".to_owned(), process::text(&BUILT[model]).to_owned()].into()
 }

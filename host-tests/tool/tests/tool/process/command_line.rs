@@ -2,7 +2,6 @@
 
 use super::elf::program_behind_a_bootloader;
 use super::sensor::plumbline;
-
 use clap::CommandFactory;
 use plumbline_tool::cli::Cli;
 use serde_json::Value;

@@ -3,7 +3,6 @@
 use super::command_line::PLAN;
 use super::elf::program_behind_a_bootloader;
 use super::sensor::no_config;
-
 use clap::CommandFactory;
 use plumbline_tool::cli::Cli;
 use std::path::PathBuf;

@@ -1,7 +1,8 @@
 //! The ELF file of a program behind the bootloader of the Blue Pill, with what `plumbline image` reads of it. It cannot be started.
 
 use plumbline::model::catalog::find;
-use plumbline::update::header::{PAGE, PLACE, SIZE};
+use plumbline::update::Element;
+use plumbline::update::header::{PAGE, PLACE, SIZE, version};
 use plumbline::update::layout::BLUEPILL;
 
 /// The sizes of the headers: of the file, of a segment, of a section.
@@ -9,52 +10,49 @@ const FILE: usize = 52;
 const SEGMENT: usize = 32;
 const SECTION: usize = 40;
 
-/// The names of the sections, each with a zero at its end.
-const NAMES: &[u8] = b"\0.plumbline.board\0.plumbline.program\0.shstrtab\0";
+/// The kinds of a section: contents of the program, and strings.
+const CONTENTS: u32 = 1;
+const STRINGS: u32 = 3;
 
 /// An ELF file of a program of the is2 with two pages.
 pub fn program_behind_a_bootloader() -> Vec<u8> {
-    let product = find("is2").expect("a product").image;
-    // Version 1.2.3, for the ISM330DHCX.
-    let about = [product.number().to_le_bytes(), [3, 2], [1, 0]].concat();
+    let product = find("is2").expect("a product").image.number();
+    let number = Element::Ism330dhcx.with(product).to_le_bytes();
+    let about = [&number[..], &version(1, 2, 3).to_le_bytes()].concat();
     let mut program = vec![0x5A; 2 * PAGE];
     program[PLACE..][..SIZE].fill(0xFF);
-    let parts = [&program[..], BLUEPILL.name.as_bytes(), &about, NAMES];
-    let mut place = FILE + SEGMENT;
-    let places = parts.map(|part| {
-        let own = place;
-        place += part.len();
-        own
-    });
-    let sections = place.next_multiple_of(4);
+    let mut names = vec![0];
+    let mut contents = program.clone();
+    // The first section is empty.
+    let mut sections = vec![0; SECTION];
+    for (name, kind, bytes) in [
+        (".plumbline.board", CONTENTS, BLUEPILL.name.as_bytes()),
+        (".plumbline.program", CONTENTS, &about),
+        (".shstrtab", STRINGS, &[]),
+    ] {
+        let place = FILE + SEGMENT + contents.len();
+        let name_at = names.len() as u32;
+        names.extend([name.as_bytes(), &[0]].concat());
+        let bytes = if kind == STRINGS { &names } else { bytes };
+        contents.extend(bytes);
+        let (place, length) = (place as u32, bytes.len() as u32);
+        words(
+            &mut sections,
+            &[name_at, kind, 0, 0, place, length, 0, 0, 1, 0],
+        );
+    }
+    contents.resize(contents.len().next_multiple_of(4), 0);
+    let at = (FILE + SEGMENT + contents.len()) as u32;
     // 32 bits, little endian, version 1; an executable file for Arm (40).
     let mut elf = b"\x7FELF\x01\x01\x01".to_vec();
     elf.resize(16, 0);
     half_words(&mut elf, &[2, 40]);
-    words(
-        &mut elf,
-        &[1, BLUEPILL.start, FILE as u32, sections as u32, 0],
-    );
+    words(&mut elf, &[1, BLUEPILL.start, FILE as u32, at, 0]);
     half_words(&mut elf, &[FILE, SEGMENT, 1, SECTION, 4, 3]);
-    let length = program.len() as u32;
-    let (start, place) = (BLUEPILL.start, places[0] as u32);
+    let (start, length) = (BLUEPILL.start, program.len() as u32);
+    let place = (FILE + SEGMENT) as u32;
     words(&mut elf, &[1, place, start, start, length, length, 5, 4]);
-    elf.extend(parts.concat());
-    elf.resize(sections, 0);
-    words(&mut elf, &[0; SECTION / 4]);
-    // Contents of the program (1), or strings (3).
-    for (part, kind) in [(1, 1), (2, 1), (3, 3)] {
-        let name = NAMES
-            .iter()
-            .enumerate()
-            .filter(|(_, byte)| **byte == 0)
-            .nth(part - 1)
-            .map_or(0, |(end, _)| end + 1);
-        let [name, place, length] =
-            [name, places[part], parts[part].len()].map(|number| number as u32);
-        words(&mut elf, &[name, kind, 0, 0, place, length, 0, 0, 1, 0]);
-    }
-    elf
+    [elf, contents, sections].concat()
 }
 
 fn half_words(elf: &mut Vec<u8>, values: &[usize]) {

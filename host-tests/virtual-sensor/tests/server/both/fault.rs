@@ -10,7 +10,7 @@ const FAULTY: &str = "33";
 
 const TILT: &str = "tilt=12.34,-5.67";
 
-/// An is2 with these options and faults.
+/// An is2 in this scene with these faults.
 fn sensor(scene: &str, faults: &[&str]) -> Sensor {
     let firmware = crate::firmware("is2");
     let own = firmware.iter().map(String::as_str);
