@@ -264,4 +264,13 @@ mod tests {
             assert!((inclination - surface).abs() < 1e-9, "{inclination}");
         }
     }
+
+    #[test]
+    fn spread_of_an_angle_is_the_larger_one_of_both_measurements() {
+        for spreads in [(0.01, 0.02), (0.02, 0.01)] {
+            let [first, turned] = [spreads.0, spreads.1].map(|spread| Rest { angle: 1.0, spread });
+            let angle = Angle::new("angle".to_owned(), first, turned);
+            assert_eq!(angle.spread, 0.02, "{spreads:?}");
+        }
+    }
 }

@@ -137,4 +137,20 @@ mod tests {
             assert_eq!(at, Instant::from_ticks(u64::MAX));
         }
     }
+
+    #[test]
+    fn frame_whose_time_goes_back_follows_at_once() {
+        let mut recording = Recording::default();
+        for text in [
+            "(1.0) can0 123#01",
+            "(1.2) can0 123#02",
+            "(1.1) can0 123#03",
+            "(1.3) can0 123#04",
+        ] {
+            recording.take(Line::parse(text).expect("a frame"));
+        }
+        let round = recording.finish("bus.log".to_owned()).expect("one bus");
+        let times: Vec<u64> = round.0.iter().map(|(at, _)| *at).collect();
+        assert_eq!(times, [0, 200_000, 200_000, 300_000]);
+    }
 }
