@@ -1,5 +1,4 @@
-//! Replays each recorded trace on the images of Blue Pill and Nucleo-F446RE: they send the bytes of the core, which
-//! `tests/sensor/traces.rs` replays.
+//! Replays each recorded trace on the images of Blue Pill and Nucleo-F446RE. `tests/sensor/traces.rs` replays them on the core.
 
 use crate::rig::*;
 use bench::{Bus, BusRate, Device, Flash, NodeType, Sensor};

@@ -14,7 +14,7 @@ use std::sync::atomic::{AtomicI64, Ordering};
 
 /// A server with a JN2101 behind a bootloader, and the number of frames until its wire is broken.
 fn server() -> (Running, Arc<AtomicI64>) {
-    // Here, because the build of the images can last longer than a request.
+    // Builds the images first: this can last longer than a request.
     elf("bootloader");
     server_at(|| rig("jn2101"))
 }

@@ -13,5 +13,5 @@ mod page_modules;
 mod process;
 mod serve;
 
-// The helpers that the test `images` also has.
+// The test `images` has these helpers at the same path.
 use bus::rig;

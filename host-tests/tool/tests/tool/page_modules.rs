@@ -70,7 +70,7 @@ fn page_modules_pass_their_tests_in_node() {
         .collect();
     tests.sort();
     assert!(tests.len() >= 6, "{tests:?}");
-    // In one process: each test has a page with modules of its own.
+    // One process runs all files: each test opens a page with modules of its own.
     let all = "for (const file of process.argv.slice(1)) await import(file);";
     let limited = format!("ulimit -t {LIMIT} && exec node \"$@\"");
     let run = Command::new("sh")

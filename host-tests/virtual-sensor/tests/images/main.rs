@@ -3,7 +3,7 @@
 mod image;
 mod update;
 
-// The same as with the model built for the PC.
+// The test `server` runs the same modules with the model built for the PC.
 #[path = "../server/both/mod.rs"]
 mod both;
 // The test `server` uses all of it.
@@ -18,8 +18,8 @@ use stm32_sim::board::Board;
 use stm32_sim::firmware::build;
 
 /// The options for the image of a product for the Blue Pill.
-fn firmware(model: &str) -> Vec<String> {
+fn firmware(model: &str) -> Vec<&'static str> {
     static BUILT: LazyLock<BTreeMap<String, PathBuf>> =
         LazyLock::new(|| build(Board::BluePill, &["is2", "jn2101"]).expect("it builds"));
-    ["--elf".to_owned(), process::text(&BUILT[model]).to_owned()].into()
+    vec!["--elf", process::text(&BUILT[model])]
 }

@@ -13,6 +13,6 @@ mod slcan_tcp;
 mod store;
 
 /// The options of what runs in the virtual sensor: the model built for the PC. In the test `images` it is an image.
-fn firmware(_model: &str) -> Vec<String> {
+fn firmware(_model: &str) -> Vec<&'static str> {
     Vec::new()
 }

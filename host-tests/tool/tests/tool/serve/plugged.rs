@@ -1,4 +1,4 @@
-//! A server with sensors that take another program, whose wire can break.
+//! A server with sensors whose program is updated. The wire can break.
 
 use super::client::Running;
 use super::hooked::{Hook, Hooked, Received};
@@ -24,7 +24,7 @@ struct Plugged {
 
 impl Hook for Plugged {
     fn send(&mut self, adapter: &mut dyn Adapter, frame: &Frame) -> Result<(), AdapterError> {
-        // One step: the test sets the number meanwhile.
+        // An atomic step, because the test sets the number in another thread.
         let left = self
             .left
             .fetch_update(Ordering::Relaxed, Ordering::Relaxed, |left| {

@@ -6,10 +6,8 @@ use serde_json::{Value, json};
 
 /// An is2 that has sent its boot-up messages.
 fn awake() -> (Sensor, Control) {
-    let firmware = crate::firmware("is2");
-    let own = firmware.iter().map(String::as_str);
     let common = ["--clock", "client", "--scene", "tilt=3,4"];
-    let (sensor, port) = start(&common.into_iter().chain(own).collect::<Vec<_>>());
+    let (sensor, port) = start(&[&common[..], &crate::firmware("is2")].concat());
     let mut control = Control::connect(port);
     let (_, answer) = control.ask(r#"{"do":"subscribe","events":["frames","state"]}"#);
     assert!(answer["ok"].is_object(), "{answer}");

@@ -12,17 +12,9 @@ const TILT: &str = "tilt=12.34,-5.67";
 
 /// An is2 in this scene with these faults.
 fn sensor(scene: &str, faults: &[&str]) -> Sensor {
-    let firmware = crate::firmware("is2");
-    let own = firmware.iter().map(String::as_str);
-    let faults = faults.iter().flat_map(|fault| ["--fault", fault]);
+    let faults: Vec<&str> = faults.iter().flat_map(|fault| ["--fault", fault]).collect();
     let common = ["--clock", "client", "--scene", scene];
-    Sensor::start(
-        &common
-            .into_iter()
-            .chain(own)
-            .chain(faults)
-            .collect::<Vec<_>>(),
-    )
+    Sensor::start(&[&common[..], &crate::firmware("is2"), &faults].concat())
 }
 
 /// The first line with this beginning in the next second.

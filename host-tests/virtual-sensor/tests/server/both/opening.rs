@@ -22,16 +22,8 @@ const ATTEMPTS: u64 = 12;
 
 /// Starts a JN2101, which repeats its boot-up message until a client acknowledges it.
 fn jn2101(more: &[&str]) -> Sensor {
-    let firmware = crate::firmware("jn2101");
-    let own = firmware.iter().map(String::as_str);
-    let more = more.iter().copied();
-    Sensor::start(
-        &["--model", "jn2101"]
-            .into_iter()
-            .chain(more)
-            .chain(own)
-            .collect::<Vec<_>>(),
-    )
+    let model = ["--model", "jn2101"];
+    Sensor::start(&[&model[..], more, &crate::firmware("jn2101")].concat())
 }
 
 /// A time in us at which it repeats its boot-up message, in another phase of the frame for each attempt.

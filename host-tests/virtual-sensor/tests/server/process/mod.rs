@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 /// A path for a file of this test, which does not exist yet.
 pub fn new_path(name: &str) -> PathBuf {
     let path = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(name);
-    // Fails if it does not exist.
+    // The removal fails if the file does not exist.
     let _ = fs::remove_file(&path);
     path
 }
