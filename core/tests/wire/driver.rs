@@ -444,3 +444,20 @@ fn error_at_old_bit_rate_does_not_count_at_measured_one() {
         .collect();
     assert_eq!(rates, [BitRate::K250, BitRate::K125]);
 }
+
+/// A driver restarts a node that does not serve its controller for long. In bit rate detection the controller only listens.
+#[test]
+fn node_serves_the_mode_of_the_controller_that_its_state_needs() {
+    let mut rig = Rig::<Is2>::new(&is2::BP_CL);
+    let serves = |rig: &Rig<Is2>| {
+        let memory = rig.memory;
+        [BusMode::Listen, BusMode::Normal].map(|mode| memory.with(|link| link.serves(mode)))
+    };
+    assert_eq!(serves(&rig), [false, false], "before it begins");
+    rig.driver.sample(&LEVEL);
+    rig.turn();
+    assert_eq!(serves(&rig), [true, false], "detecting");
+    rig.receive("7FF#");
+    rig.turn();
+    assert_eq!(serves(&rig), [false, true], "on-line");
+}
