@@ -19,7 +19,7 @@ use plumbline::measure::calibration::Calibration;
 use serde::{Serialize, Serializer};
 use serde_json::json;
 use std::path::Path;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 /// The order of the positions.
 const SIDES: [Side; 6] = {
@@ -124,8 +124,8 @@ struct Guide {
     window: Window,
     /// The serial number in the log.
     serial: Option<u32>,
-    /// The time of the last sample; None: none came yet.
-    sampled: Option<Instant>,
+    /// The waits since the last sample together, so that a stop of this computer does not count; None: none came yet.
+    silence: Option<Duration>,
     /// A position was taken, and nobody has said of which unit.
     is_unknown: bool,
 }
@@ -137,7 +137,7 @@ impl Guide {
             log: Log::start(source)?,
             window: Window::default(),
             serial: None,
-            sampled: None,
+            silence: None,
             is_unknown: false,
         })
     }
@@ -237,7 +237,7 @@ impl Guide {
             self.start_of(message, measurement, host)?;
         }
         self.window.clear();
-        self.sampled = Some(Instant::now());
+        self.silence = Some(Duration::ZERO);
         Ok(())
     }
 
@@ -291,14 +291,16 @@ impl Guide {
             }
             match self.log.next(SLICE)? {
                 Some(Message::Sample(sample)) => {
-                    self.sampled = Some(Instant::now());
+                    self.silence = Some(Duration::ZERO);
                     return Ok(sample);
                 }
                 Some(message) => self.start_of(message, measurement, host)?,
-                None if self.sampled.is_some_and(|last| last.elapsed() > PAUSE) => {
-                    return Err(CalibrationError::Silent.into());
+                None => {
+                    self.silence = self.silence.map(|silence| silence + SLICE);
+                    if self.silence > Some(PAUSE) {
+                        return Err(CalibrationError::Silent.into());
+                    }
                 }
-                None => {}
             }
         }
     }
