@@ -4,7 +4,7 @@
     pip install -r requirements.txt
     python thumb_judge.py MODEL SAMPLES
 
-`stm32-sim/tests/thumb` writes the samples with the results of the simulated processor. The exit code is 1 if one differs.
+`stm32-sim/tests/chip/thumb` writes the samples with the results of the simulated processor. The exit code is 1 if one differs.
 Unicorn is under the GPL: it only runs in this separate process, and no part of the project is linked with it.
 """
 

@@ -42,7 +42,7 @@ fn sensors_of_one_bus_have_their_own_names_scenes_and_memories() {
 #[test]
 fn second_sensor_with_option_of_the_bus_or_store_of_the_first_is_refused() {
     let two = ["--model", "is2", "--model", "is1"];
-    let store = new_path("shared.store");
+    let store = new_path("one-for-two.store");
     let own = ["--store", text(&store)];
     let shared = [&two[..2], &own, &two[2..], &own].concat();
     assert_fails(&shared, 2, &["the same store", text(&store)]);
