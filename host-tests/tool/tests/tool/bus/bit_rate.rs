@@ -65,6 +65,14 @@ fn rate_of_every_protocol_is_written_stored_and_checked() {
 }
 
 #[test]
+fn sensor_that_detects_the_rate_is_not_restarted_for_it() {
+    let mut rig = wired("is2", BitRate::K250);
+    let out = rig.done("--rate 250 --id 300 rate auto");
+    assert!(out.contains("already"), "{out}");
+    assert!(rig.questions.is_empty());
+}
+
+#[test]
 fn rate_without_a_yes_changes_nothing() {
     for (product, address, before, old, new) in CASES {
         let mut rig = wired(product, before);

@@ -186,13 +186,16 @@ fn hostile_bodies_are_refused() {
             );
         }
     }
-    // Refused before it is sent.
+    // The longest body has 3 MiB. A longer one is refused before it is sent.
     let head = format!(
-        "POST /api/file HTTP/1.1\r\nHost: {}\r\nX-Plumbline-Token: {}\r\nContent-Type: application/json\r\nConnection: close\r\nContent-Length: 4194304\r\n\r\n",
+        "POST /api/file HTTP/1.1\r\nHost: {}\r\nX-Plumbline-Token: {}\r\nContent-Type: application/json\r\nConnection: close\r\nContent-Length: 3145729\r\n\r\n",
         server.address, server.token
     );
     assert_eq!(server.send(&head).status, 413);
-    let long = format!(r#"{{"text":"{}"}}"#, "x".repeat(2 << 20));
+    let long = format!(
+        r#"{{"text":"{}"}}"#,
+        "x".repeat((3 << 20) - r#"{"text":""}"#.len())
+    );
     assert_eq!(server.post("/api/file", &long).code(), "bad-file");
     assert_eq!(server.get("/api/stop").status, 404);
     assert_eq!(
