@@ -118,7 +118,7 @@ mod tests {
     fn changed_period_is_measured_again_and_is_no_loss() {
         let mut pace = Pace::default();
         let mut at = 0;
-        for period in [10_000, 20_000, 5_000] {
+        for period in [10_000, 13_000, 20_000, 5_000] {
             for _ in 0..100 {
                 at += period;
                 pace.take(&message(at, None));

@@ -199,3 +199,24 @@ impl Adapter for Lease {
         self.0.borrow().adapter.unread()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use adapter::bench::BenchAdapter;
+    use bench::{Bus, BusRate};
+
+    #[test]
+    fn adapter_at_another_bit_rate_is_not_open_as_it_was_kept() {
+        let bus = Rc::new(RefCell::new(Bus::new(BusRate::Follow)));
+        let mut lease = Lease::of_messages(Box::new(BenchAdapter::new(&bus)));
+        let rates = [BitRate::K125, BitRate::K250].map(Some);
+        lease.open(rates[0], Mode::Active).expect("it opens");
+        assert!(!lease.is_kept());
+        lease.keep();
+        lease.close();
+        assert!(lease.is_kept(), "a command leaves it open");
+        lease.open(rates[1], Mode::Active).expect("it opens");
+        assert!(!lease.is_kept());
+    }
+}
