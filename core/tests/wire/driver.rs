@@ -453,7 +453,7 @@ fn node_serves_the_mode_of_the_controller_that_its_state_needs() {
         let memory = rig.memory;
         [BusMode::Listen, BusMode::Normal].map(|mode| memory.with(|link| link.serves(mode)))
     };
-    assert_eq!(serves(&rig), [false, false], "before it begins");
+    assert_eq!(serves(&rig), [false, false], "before the first reading");
     rig.driver.sample(&LEVEL);
     rig.turn();
     assert_eq!(serves(&rig), [true, false], "detecting");

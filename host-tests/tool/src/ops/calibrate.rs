@@ -124,7 +124,7 @@ struct Guide {
     window: Window,
     /// The serial number in the log.
     serial: Option<u32>,
-    /// The waits since the last sample together, so that a stop of this computer does not count; None: none came yet.
+    /// The sum of the waits since the last sample, which a stop of this computer does not extend. None: no sample came yet.
     silence: Option<Duration>,
     /// A position was taken, and nobody has said of which unit.
     is_unknown: bool,

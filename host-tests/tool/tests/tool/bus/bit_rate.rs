@@ -65,7 +65,7 @@ fn rate_of_every_protocol_is_written_stored_and_checked() {
 }
 
 #[test]
-fn sensor_that_detects_the_rate_is_not_restarted_for_it() {
+fn rate_auto_changes_nothing_if_the_sensor_detects_the_rate() {
     let mut rig = wired("is2", BitRate::K250);
     let out = rig.done("--rate 250 --id 300 rate auto");
     assert!(out.contains("already"), "{out}");
