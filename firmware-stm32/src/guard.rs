@@ -56,16 +56,12 @@ impl Guard {
             restart("the time");
         }
         self.checked = now;
-        let (places, is_consistent) = link.with(|link| {
+        let places = link.with(|link| {
             let (node, line) = link.parts();
-            let places = [address_of(node), address_of(line)];
-            (places, link.mailboxes().is_consistent())
+            [address_of(node), address_of(line)]
         });
         if places != self.places {
             restart("the link");
-        }
-        if !is_consistent {
-            restart("the number of attempts to send");
         }
         if let Some(new) = link.with(|link| link.parts().0.address()) {
             let after = bus.check_value();

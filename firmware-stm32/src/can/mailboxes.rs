@@ -21,15 +21,14 @@ impl Mailboxes {
         aborted: false,
     };
 
-    /// Whether the controller makes single attempts if and only if there is such a frame.
-    pub fn is_consistent(&self) -> bool {
-        self.once.is_some() == transmit::is_single_attempt()
-    }
-
     /// Handles the transmit interrupt. Returns true if the frame for which the controller made a single attempt ended in a bit error.
     pub fn complete(&mut self) -> bool {
         let Some(frame) = &self.once else {
             transmit::acknowledge();
+            if transmit::is_single_attempt() {
+                // A disturbance. Otherwise a frame that is disturbed on the bus would be lost.
+                transmit::set_single_attempt(false);
+            }
             return false;
         };
         let end = transmit::end();

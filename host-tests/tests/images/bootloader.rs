@@ -242,6 +242,22 @@ fn sensor_without_a_program_takes_one_over_can() {
     rig.expect(BOOT_UP, START);
 }
 
+/// 0606 0000h: a hardware error.
+#[test]
+fn download_to_a_flash_that_fails_is_refused() {
+    let file = file("jn2101", VERSION);
+    let mut rig = sensor("jn2101", None, RATE);
+    rig.run(300);
+    flash(&mut rig).fail_writes(true);
+    let mut client = Client::of_unknown(&mut rig);
+    client.wake();
+    let refused = Some([0x80, 0x50, 0x1F, 1, 0, 0, 6, 6]);
+    assert_eq!(client.download(&file), Err(refused));
+    flash(&mut rig).fail_writes(false);
+    let mut client = Client::of_unknown(&mut rig);
+    client.download(&file).unwrap();
+}
+
 /// With signatures it has 8 KiB, of which 64 bytes are the key.
 #[test]
 fn bootloader_has_at_most_6_kib_and_8_kib_with_signatures() {

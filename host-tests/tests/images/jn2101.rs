@@ -108,6 +108,53 @@ impl Drop for Bench {
     }
 }
 
+#[test]
+fn data_length_code_of_9_to_15_means_8_bytes() {
+    let mut bench = Bench::new(level(25_00));
+    for long_length in 9..=15 {
+        bench.chip_mut().io_mut().can.set_silicon(bxcan::Silicon {
+            long_length,
+            ..silicon().can
+        });
+        let read = bench.exchange("60A#4001100000000000");
+        assert_eq!(read, ["58A#4F01100000000000"], "{long_length}");
+        let [guarded] = bench.exchange("70A#R8").try_into().expect("one answer");
+        assert!(
+            ["70A#7F", "70A#FF"].contains(&guarded.as_str()),
+            "{guarded}"
+        );
+    }
+}
+
+/// The clock is read while its interrupt waits for the end of the receive interrupt. Each phase between both comes once.
+#[test]
+fn polled_tpdo_keeps_its_inhibit_time() {
+    let mut bench = Bench::new(level(25_00));
+    bench.download(0x1800, 2, [254]);
+    bench.download(0x1800, 3, [40, 0]);
+    bench.download(0x1800, 5, [0, 0]);
+    bench.exchange("000#010A");
+    let mut times = Vec::new();
+    for _ in 0..1000 {
+        for wait in [3_500, 6_501] {
+            bench.bus.send(bench.tester, frame("18A#R"));
+            let end = after(bench.bus.now(), Duration::micros(wait));
+            bench.bus.run_until(end);
+            let frames = bench.bus.take_received(bench.tester).into_iter();
+            times.extend(frames.map(|(time, _)| time));
+        }
+    }
+    assert_eq!(times.len(), 2000, "each request has an answer");
+    let pairs = times
+        .windows(2)
+        .map(|pair| pair[1].ticks() - pair[0].ticks());
+    assert_eq!(
+        pairs.min().map(|least| least / 100),
+        Some(40),
+        "times 0.1 ms"
+    );
+}
+
 /// The change of the filters discards what is still in the mailboxes of the controller.
 #[test]
 fn sensor_reset_is_answered_and_keeps_the_unsaved_node_id() {

@@ -49,6 +49,32 @@ fn waiting_replies_are_sent_once_and_in_order() {
     assert_eq!(distinct.len(), counters.len(), "no counter is sent twice");
 }
 
+/// Without acknowledgement the frames wait. Behind the two in the mailboxes is the newest value, without those in between.
+#[test]
+fn waiting_cyclic_messages_use_two_mailboxes() {
+    let mut rig = Rig::booted_with(
+        "is2",
+        BitRate::K250,
+        &[
+            &[fsc::WRITE_CYCLIC_TIME, 5, 0],
+            &[fsc::WRITE_CYCLIC_MODE, 1],
+        ],
+    );
+    rig.run(20);
+    let tester = rig.tester;
+    rig.bus.close(tester);
+    let last = rig.frames().last().expect("a cyclic message").bytes()[6];
+    rig.run(50);
+    assert_eq!(rig.frames(), []);
+    rig.bus.open(tester, Some(BitRate::K250), false);
+    rig.run(3);
+    let counters = rig.frames().into_iter();
+    let waited: Vec<u8> = counters
+        .map(|frame| frame.bytes()[6].wrapping_sub(last))
+        .collect();
+    assert_eq!(waited, [1, 2, 10]);
+}
+
 #[test]
 fn full_bus_loses_no_reply() {
     const TIME: u64 = 300;

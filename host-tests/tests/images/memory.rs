@@ -212,6 +212,8 @@ fn erase_of_a_page(times: Times) {
     // RM0008, section 24.7.3: without FIFO lock a new message overwrites the last one, so the first two and the newest are kept.
     assert_eq!(replies, [0x10, 0x11, 0x15, fsc::SAVE[0]]);
     assert_eq!(rig.microcontroller().can().overruns(), 3);
+    // The controller has one flag for all lost frames (`plumbline::diagnosis`, value 10).
+    assert_eq!(rig.request(&[0x61, 10])[3..7], [1, 0, 0, 0]);
     for code in 0x10..=0x15 {
         rig.request(&[code]);
     }

@@ -1,7 +1,8 @@
 //! A disturbance inverts one bit of a static variable. The sensor heals or restarts: none stays mute while it feeds its watchdog.
 
 use crate::rig::*;
-use bench::BusRate;
+use bench::script::LEVEL;
+use bench::{BusRate, Source};
 use host_tests::effort;
 use plumbline::can::{BitRate, Frame, standard};
 use std::ops::Range;
@@ -165,6 +166,21 @@ pub fn inverted_bit_of_the_time_does_not_stop_the_cyclic_frames() {
         rig.run(100);
         assert!(has_inclination(&rig.frames()), "{place:?}");
     }
+    std::mem::forget(rig);
+}
+
+/// Otherwise a frame that is disturbed on the bus would be lost. The next frame of the sensor ends this.
+#[test]
+fn inverted_bit_of_the_single_attempt_loses_no_frame() {
+    let mut rig = Rig::ims360(Box::new(LEVEL));
+    rig.io().0.be_lenient();
+    let single = variable(&rig, "transmit::SINGLE").start;
+    rig.run(500);
+    invert(&mut rig, (single, 0));
+    rig.run(500);
+    let device_type = rig.upload(0x1000, 0);
+    rig.bus.corrupt(1, Some(Source::Device(rig.sensor)));
+    assert_eq!(rig.upload(0x1000, 0), device_type);
     std::mem::forget(rig);
 }
 

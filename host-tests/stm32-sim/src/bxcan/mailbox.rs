@@ -35,14 +35,19 @@ pub(super) fn frame([identifier, length, low, high]: &Words) -> Frame {
     frame.expect("at most 8 bytes")
 }
 
-/// The mailbox words of a received frame, with the filter match index. The time stamp is 0: time-triggered communication is off.
-pub(super) fn words(frame: &Frame, match_index: u8) -> Words {
+/// The mailbox words of a received frame, with the filter match index and the DLC in place of 8. The time stamp is 0: time-triggered
+/// communication is off.
+pub(super) fn words(frame: &Frame, match_index: u8, long_length: u32) -> Words {
     let mut data = [0; 8];
     data[..frame.bytes().len()].copy_from_slice(frame.bytes());
     let data = u64::from_le_bytes(data);
+    let length = match frame.dlc() {
+        8 => long_length,
+        short => short as u32,
+    };
     [
         identifier(frame),
-        u32::from(match_index) << 8 | frame.dlc() as u32,
+        u32::from(match_index) << 8 | length,
         data as u32,
         (data >> 32) as u32,
     ]
@@ -64,10 +69,10 @@ mod tests {
     #[test]
     fn frame_has_mailbox_layout_of_manual() {
         let data = Frame::data(standard(0x7A5), &[1, 2, 3, 4, 5]).unwrap();
-        assert_eq!(words(&data, 7), [0x7A5 << 21, 0x0705, 0x0403_0201, 0x05]);
+        assert_eq!(words(&data, 7, 8), [0x7A5 << 21, 0x0705, 0x0403_0201, 0x05]);
         let remote = Frame::remote(extended(0x1ABC_DEF3), 8).unwrap();
-        let [identifier, length, ..] = words(&remote, 0);
-        assert_eq!((identifier, length), (0x1ABC_DEF3 << 3 | 0b110, 8));
+        let [identifier, length, ..] = words(&remote, 0, 15);
+        assert_eq!((identifier, length), (0x1ABC_DEF3 << 3 | 0b110, 15));
     }
 
     #[test]
@@ -78,7 +83,7 @@ mod tests {
             Frame::remote(standard(0x7FF), 3).unwrap(),
             Frame::remote(extended(0), 0).unwrap(),
         ] {
-            assert_eq!(frame(&words(&original, 0)), original);
+            assert_eq!(frame(&words(&original, 0, 15)), original);
         }
     }
 

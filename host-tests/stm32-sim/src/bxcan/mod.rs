@@ -6,8 +6,7 @@
 //! [`Silicon`] selects the behaviour that the manual leaves open: the times of changes, and a fault of silent mode.
 //!
 //! Not modelled: time-triggered communication and accesses narrower than a word. In a direct change from sleep mode to
-//! bus-off without a requested recovery, the controller does not listen to the bus. A received DLC of 9 to 15 reads as 8, because
-//! a [`Frame`] stores no more.
+//! bus-off without a requested recovery, the controller does not listen to the bus.
 
 mod access;
 mod change;
@@ -401,7 +400,7 @@ impl BxCan {
             return;
         };
         self.stored += 1;
-        let message = mailbox::words(frame, found.index);
+        let message = mailbox::words(frame, found.index, self.silicon.long_length);
         let locked = self.state.control.locks_fifo();
         if !self.state.fifos[found.fifo].store(message, locked) {
             self.overruns += 1;

@@ -52,6 +52,10 @@ pub struct Silicon {
     pub reserved: u32,
     /// The other bits of CAN_BTR read as 0. They have their effect.
     pub timing_reads: u32,
+    /// The data length code of each received frame whose code is 8 or more: the sender has 8 to 15, and a [`Frame`] stores only 8.
+    ///
+    /// [`Frame`]: plumbline::can::Frame
+    pub long_length: u32,
 }
 
 impl Default for Silicon {
@@ -66,6 +70,7 @@ impl Default for Silicon {
             mailbox_code: None,
             reserved: 0,
             timing_reads: !0,
+            long_length: 8,
         }
     }
 }

@@ -93,7 +93,7 @@ fn hostile_file_is_refused() {
 #[test]
 fn number_uses_the_resolution_of_the_file() {
     let text = "[sensor]\nproduct = \"tiltix080\"\n[parameters]\nslope-long16-preset-value = \"12.3 deg\"\nresolution = \"0.1 deg\"\n";
-    let backup = Backup::parse(text).unwrap();
+    let mut backup = Backup::parse(text).unwrap();
     let (_, raw) = backup
         .values
         .iter()
@@ -101,6 +101,11 @@ fn number_uses_the_resolution_of_the_file() {
         .unwrap();
     assert_eq!(*raw, 123);
     assert!(Backup::parse(&text.replace("12.3", "12.34")).is_err());
+    // 12.3 deg cannot be a number of 1 deg.
+    let before = backup.text();
+    let wrong = backup.set("resolution", "1 deg").unwrap_err();
+    assert!(matches!(wrong, NumberError::First(_)), "{wrong}");
+    assert_eq!(backup.text(), before);
 }
 
 /// An empty folder for a test.
