@@ -26,7 +26,7 @@ impl Mailboxes {
         let Some(frame) = &self.once else {
             transmit::acknowledge();
             if transmit::is_single_attempt() {
-                // A disturbance. Otherwise a frame that is disturbed on the bus would be lost.
+                // A disturbance of the variable: the controller would not repeat a frame that is disturbed on the bus.
                 transmit::set_single_attempt(false);
             }
             return false;

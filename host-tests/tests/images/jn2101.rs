@@ -108,6 +108,7 @@ impl Drop for Bench {
     }
 }
 
+/// ISO 11898-1 permits these codes in data frames and remote frames.
 #[test]
 fn data_length_code_of_9_to_15_means_8_bytes() {
     let mut bench = Bench::new(level(25_00));
@@ -126,7 +127,7 @@ fn data_length_code_of_9_to_15_means_8_bytes() {
     }
 }
 
-/// The clock is read while its interrupt waits for the end of the receive interrupt. Each phase between both comes once.
+/// Also if the receive interrupt reads the clock while the interrupt of the clock waits: the requests come at each us of its period.
 #[test]
 fn polled_tpdo_keeps_its_inhibit_time() {
     let mut bench = Bench::new(level(25_00));
@@ -151,7 +152,7 @@ fn polled_tpdo_keeps_its_inhibit_time() {
     assert_eq!(
         pairs.min().map(|least| least / 100),
         Some(40),
-        "times 0.1 ms"
+        "the shortest interval in 0.1 ms"
     );
 }
 

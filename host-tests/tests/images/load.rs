@@ -49,7 +49,7 @@ fn waiting_replies_are_sent_once_and_in_order() {
     assert_eq!(distinct.len(), counters.len(), "no counter is sent twice");
 }
 
-/// Without acknowledgement the frames wait. Behind the two in the mailboxes is the newest value, without those in between.
+/// Without acknowledgement two frames wait in the mailboxes. The newest value replaces the others in the queue.
 #[test]
 fn waiting_cyclic_messages_use_two_mailboxes() {
     let mut rig = Rig::booted_with(

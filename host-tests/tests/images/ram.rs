@@ -169,7 +169,7 @@ pub fn inverted_bit_of_the_time_does_not_stop_the_cyclic_frames() {
     std::mem::forget(rig);
 }
 
-/// Otherwise a frame that is disturbed on the bus would be lost. The next frame of the sensor ends this.
+/// The controller repeats a disturbed frame again after the next frame of the sensor.
 #[test]
 fn inverted_bit_of_the_single_attempt_loses_no_frame() {
     let mut rig = Rig::ims360(Box::new(LEVEL));

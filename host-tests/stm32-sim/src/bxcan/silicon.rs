@@ -52,7 +52,7 @@ pub struct Silicon {
     pub reserved: u32,
     /// The other bits of CAN_BTR read as 0. They have their effect.
     pub timing_reads: u32,
-    /// The data length code of each received frame whose code is 8 or more: the sender has 8 to 15, and a [`Frame`] stores only 8.
+    /// The data length code of a received frame of 8 bytes: its sender can use 8 to 15, and a [`Frame`] stores 8.
     ///
     /// [`Frame`]: plumbline::can::Frame
     pub long_length: u32,
